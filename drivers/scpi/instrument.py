@@ -59,7 +59,7 @@ class Instrument:
         try:
             self._port = self._place.connect(self._setup_timeout_s)
         except OSError as error:
-            raise lost(self.name, error, self._setup_timeout_s) from None
+            raise self._not_opened(error) from None
         self._arrived = b""
         self._identify()
         for command in (*self.table.commands.setup, *setup):
@@ -154,6 +154,12 @@ class Instrument:
         if self._port is not None:
             self._port.close()
         self._port = None
+
+    def _not_opened(self, error: OSError) -> DriverError:
+        if error.errno is None and str(error) and not isinstance(error, TimeoutError):  # of the VISA library
+            what = f"cannot be opened: {error}; are resource and library right?"
+            return DriverError(Fault.CONNECTION_LOST, f"{self.name}: {what}")
+        return lost(self.name, error, self._setup_timeout_s)
 
     def _identify(self) -> None:
         """Ask for the identity and believe the first answer that fits; others may be to an earlier program."""

@@ -7,7 +7,7 @@ import socket
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, cast
 
 from drivers.serial_port import SerialPort, write_all
 
@@ -84,12 +84,14 @@ class VisaPort:
         self._error: Any = pyvisa.errors.Error
         self._timeouts = pyvisa.constants.StatusCode.error_timeout
         try:
-            self._manager: Any = pyvisa.ResourceManager(library)
-            self._resource: Any = self._manager.open_resource(
-                resource, open_timeout=round(1e3 * timeout_s), read_termination="\n", write_termination="\n"
-            )
-        except (self._error, ValueError, LookupError) as error:
-            raise OSError(f"VISA: {error}") from None
+            manager = pyvisa.ResourceManager(library)
+            self._resource = cast(Any, manager.open_resource(resource, open_timeout=round(1e3 * timeout_s)))
+        except (self._error, ValueError, LookupError, OSError) as error:
+            raise _told(error) from None
+        if not isinstance(self._resource, pyvisa.resources.MessageBasedResource):
+            self.close()
+            raise OSError("no VISA resource that takes messages, such as GPIB0::24::INSTR")
+        self._resource.read_termination = self._resource.write_termination = "\n"
 
     def send(self, data: bytes) -> None:
         """See `Port`."""
@@ -97,7 +99,7 @@ class VisaPort:
             for line in data.splitlines(keepends=True):
                 self._resource.write_raw(line)
         except self._error as error:
-            raise OSError(f"VISA: {error}") from None
+            raise _told(error) from None
 
     def receive(self, deadline_s: float) -> bytes:
         """See `Port`."""
@@ -108,15 +110,18 @@ class VisaPort:
         except self._error as error:
             if getattr(error, "error_code", None) == self._timeouts:
                 return b""
-            raise OSError(f"VISA: {error}") from None
-        return (
-            data if data.endswith(b"\n") else data + b"\n"
-        )  # a message ends even where its terminator was taken off
+            raise _told(error) from None
+        return data.removesuffix(b"\n") + b"\n"  # a message ends even where its terminator was taken off
 
     def close(self) -> None:
         """See `Port`."""
         with suppress(self._error, OSError):
             self._resource.close()
+
+
+def _told(error: Exception) -> OSError:
+    """Return an error of the VISA library as one line."""
+    return OSError(f"VISA: {' '.join(str(error).split())}")
 
 
 class Place(NamedTuple):

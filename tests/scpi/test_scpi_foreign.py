@@ -16,6 +16,7 @@ from scpi_cases import SlowDevice, driver_at, instrument_at
 from drivers.scpi.instrument import filled
 from drivers.scpi.ports import visa_place
 from drivers.scpi.table import load_table
+from rtctl.border.errors import DriverError, Fault
 
 pytestmark = [pytest.mark.wire, pytest.mark.filterwarnings("ignore")]
 LEVEL_A = 4e-3
@@ -206,3 +207,18 @@ def _understood(there: Any, has_status: bool) -> bool:
         return "ERROR" not in there.read()
     except imported("pyvisa").errors.VisaIOError:
         return True
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("nonsense", "cannot be opened: VISA: VI_ERROR_INV_RSRC_NAME .*; are resource and library right"),
+        ("TCPIP0::127.0.0.1::1::SOCKET", "nothing listens there|cannot be opened: VISA"),
+    ],
+)
+def test_a_resource_that_cannot_be_opened_is_one_message(name: str, words: str) -> None:
+    imported("pyvisa_py")
+    with pytest.raises(DriverError, match=words) as caught:
+        driver_at(visa_place(name, "@py")).open(lockstep_period_us=None, watchdog_ms=0, timeout_s=1.0)
+    assert caught.value.fault is Fault.CONNECTION_LOST
+    assert "\n" not in str(caught.value)
