@@ -116,7 +116,7 @@ async def served(device: SimulatedDevice, wires: Wires) -> AsyncIterator[str]:
             if is_address(where):
                 return await on_a_socket(where, partial(serve_lines_tcp, instrument))
             master = stack.enter_context(virtual_port(Path(where)))
-            await stack.enter_async_context(serve_lines_pty(instrument, master))
+            await stack.enter_async_context(serve_lines_pty(instrument, master, wires.baud))
             return where
 
         if wires.tcp is not None:

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import json
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from scpi_cases import SlowDevice, instrument_at
+from scpi_cases import SlowDevice, driver_at, in_thread, instrument_at
 from wire_cases import settings, summary_of
 
+from drivers.scpi.ports import serial_place
 from plant_sim.catalogue import bundled_plant
 from plant_sim.journal import read_journal
+from plant_sim.wire.serve import Wires
+from plant_sim.wire.serve import served as served_devices
 from rtctl.cli import main
 
 pytestmark = pytest.mark.wire
@@ -130,3 +135,40 @@ def test_a_stopped_or_killed_acquisition_leaves_the_output_off(
         assert not device.enabled
     assert process.returncode == code, errors
     assert "Traceback" not in errors
+
+
+def test_the_latency_of_a_source_meter_is_its_reading_and_its_line(tmp_path: Path) -> None:
+    options = [
+        "--driver",
+        "scpi",
+        "--period",
+        "10 ms",
+        "--duration",
+        "0.1 s",
+        "--out",
+        str(tmp_path),
+        "--quiet",
+    ]
+    code = main(["latency", *options, *settings("clock.timeout=5 s", "clock.watchdog=10 s")])
+    assert code in (0, 1), "what a loaded machine holds is nobody's claim here"
+    (driver,) = json.loads((tmp_path / "latency.json").read_text(encoding="utf-8"))["drivers"]
+    (entry,) = driver["periods"]
+    assert entry["fault"] is None
+    assert entry["steps"] + entry["overruns"] == 200
+    assert entry["round_trip_us"]["p50"] > 3000.0, "0.1 power line cycles of 50 Hz, and 1 ms besides"
+
+
+def test_a_slow_line_takes_the_time_of_its_bytes(tmp_path: Path) -> None:
+    device = SlowDevice()
+    wires = Wires(scpi=str(tmp_path / "smu"), instrument="keithley-2400", baud=4800)
+    with in_thread(lambda: served_devices(device, wires)):
+        driver = driver_at(serial_place(str(tmp_path / "smu"), 4800), "keithley-2400")
+        driver.open(lockstep_period_us=None, watchdog_ms=0, timeout_s=5.0)
+        begun_s = time.perf_counter()
+        driver.exchange((5.0,))
+        took_s = time.perf_counter() - begun_s
+        driver.close((3.68,))
+    assert (
+        took_s
+        > (len(":READ?;:SOUR:CURR 0.005\n") + len("+1.000000E+00,+1.000000E-03,+3.481600E+04\n")) * 10 / 4800
+    )

@@ -8,6 +8,8 @@ from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager, suppress
 from typing import Protocol
 
+from plant_sim.wire.pty_server import BITS_A_BYTE
+
 LONGEST_LINE = 1 << 16
 
 
@@ -63,8 +65,11 @@ async def serve_lines_tcp(instrument: Answering, host: str, port: int) -> AsyncI
 
 
 @asynccontextmanager
-async def serve_lines_pty(instrument: Answering, master: int) -> AsyncIterator[None]:
-    """Answer on the pty whose master is the file descriptor `master`, while the block runs."""
+async def serve_lines_pty(instrument: Answering, master: int, baud: int | None) -> AsyncIterator[None]:
+    """Answer on the pty whose master is the file descriptor `master`, while the block runs.
+
+    With a baud rate [bit/s] lines and answers take the time that they need on such a line; None: they take none.
+    """
     loop = asyncio.get_running_loop()
     lines = asyncio.StreamReader(LONGEST_LINE)
 
@@ -76,9 +81,17 @@ async def serve_lines_pty(instrument: Answering, master: int) -> AsyncIterator[N
         with suppress(BlockingIOError):  # nobody reads: a line waits for no one
             os.write(master, data)
 
+    async def answer(line: str) -> str:
+        if baud is None:
+            return await instrument.answer(line)
+        await asyncio.sleep((len(line) + 1) * BITS_A_BYTE / baud)
+        said = await instrument.answer(line)
+        await asyncio.sleep((len(said) + 1) * BITS_A_BYTE / baud if said else 0.0)
+        return said
+
     os.set_blocking(master, False)
     loop.add_reader(master, receive)
-    task = asyncio.create_task(_converse(lines, send, instrument.answer))
+    task = asyncio.create_task(_converse(lines, send, answer))
     try:
         yield
     finally:
