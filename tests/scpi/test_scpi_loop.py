@@ -111,7 +111,9 @@ def test_acquire_identify_run_at_a_source_meter(wire: str, tmp_path: Path) -> No
     assert ended_off(tmp_path)
 
 
-@pytest.mark.parametrize(("end", "code"), [(signal.SIGTERM, 1), (signal.SIGKILL, -9)])
+@pytest.mark.parametrize(
+    ("end", "code"), [(signal.SIGTERM, 1), pytest.param(signal.SIGKILL, -9, marks=pytest.mark.slow)]
+)
 def test_a_stopped_or_killed_acquisition_leaves_the_output_off(
     end: signal.Signals, code: int, tmp_path: Path
 ) -> None:
