@@ -62,6 +62,7 @@ class Instrument:
             raise self._not_opened(error) from None
         self._arrived = b""
         self._identify()
+        self.errors()  # those of an earlier program say nothing about what follows
         for command in (*self.table.commands.setup, *setup):
             self.command(command)
         self._timeout_s = timeout_s

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import signal
 import subprocess
@@ -97,6 +98,15 @@ def test_a_bad_answer_is_one_message_and_the_output_is_off(case: str) -> None:
     assert caught.value.fault is fault
     assert str(caught.value).startswith(f"scpi {where} (Keithley 2400): ")
     assert "\n" not in str(caught.value)
+
+
+def test_errors_of_an_earlier_program_are_not_held_against_this_one() -> None:
+    instrument = keithley_2400(SlowDevice())
+    asyncio.run(instrument.answer(":WHAT 1"))
+    with spoilt_instrument(instrument, lambda line, sound: whole(sound)) as where:
+        driver = driver_at(where, "keithley-2400")
+        driver.open(**OPEN)
+        driver.close((3.68,))
 
 
 def test_the_compliance_voltage_is_that_of_the_instrument() -> None:
