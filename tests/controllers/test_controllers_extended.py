@@ -97,6 +97,36 @@ def test_the_margins_are_kept_where_the_plain_gains_lose_them(loop):
 
 
 @pytest.mark.parametrize(
+    ("lag_s", "asked", "kept"),
+    [(0.4e-3, 2.0, True), (0.4e-3, 3.0, False), (1.0e-3, 2.0, False)],
+    ids=["half a period", "more margin asked for", "a period"],
+)
+def test_gains_of_today_stay_where_a_small_lag_leaves_the_gain_margin_at_any_phase(lag_s, asked, kept):
+    """Half of the speed for a phase margin of 60 deg is more than a relay lag of 0.4 ms asks for."""
+    least = {"least_gain_margin": asked, "least_phase_margin_deg": 60.0}
+    loop = LinearLoop(time_constant_s=TAU, lag_s=lag_s)
+    plain = tune(plant_gain=GAIN, time_constant_s=TAU, period_s=H, delay=0, **least)
+    slower = tune_extended(loop, plant_gain=GAIN, period_s=H, delay=0, **least)
+    found = tune_extended(loop, plant_gain=GAIN, period_s=H, delay=0, before=plain.gains, **least)
+    assert found.kept_gains == kept
+    assert found.gains == (plain.gains if kept else slower.gains)
+    assert found.gain_margin >= asked
+    if kept:
+        assert slower.gains.ki < 0.75 * plain.gains.ki
+        assert 29.0 < found.phase_margin_deg < 60.0
+        assert "kept" in found.describe()
+
+
+def test_an_unstable_loop_is_not_kept_for_its_small_sensitivity():
+    """Far from -1 on the wrong side of it: gains ten times too large behind three periods of dead time."""
+    loop = LinearLoop(time_constant_s=TAU, delay_s=3e-3)
+    wild = PiGains(kp=2.0, ki=600.0)
+    seen = extended_margins(wild, loop, plant_gain=GAIN, period_s=H, delay=0)
+    assert seen.sensitivity_peak < 2.0
+    assert not tune_extended(loop, plant_gain=GAIN, period_s=H, delay=0, before=wild, **ASKED).kept_gains
+
+
+@pytest.mark.parametrize(
     ("identity", "values"),
     [
         ("actuation__delay", {"delay": 2.5e-3}),
