@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "simulations"))
-from vo2_model_cases import PERIOD_S, predict, simulation, stimulus
+from vo2_model_cases import PERIOD_S, predict, simulation, small_model, stimulus
 
 from rtctl.controllers.extended_feedforward import ExtendedFeedforward
 from rtctl.controllers.extended_tuning import extended_margins, tune_extended
+from rtctl.controllers.feedforward import InverseFeedforward
 from rtctl.controllers.linear_loop import LinearLoop
 from rtctl.controllers.pi import PiGains
 from rtctl.controllers.tuning import margins, tune
@@ -151,6 +152,22 @@ def test_played_open_loop_it_puts_the_models_deflection_on_the_setpoint(identity
     error = np.abs(deflection[after] - wanted(time_s[after]))
     assert error.mean() < 0.3, "um"
     assert feedforward.preview_s == pytest.approx(values.get("delay", 0.0))
+
+
+@pytest.mark.parametrize("lag_s", [0.2e-3, 0.4e-3, 0.9e-3])
+def test_behind_a_lag_of_less_than_a_period_a_step_is_not_crossed_and_crossed_back(lag_s):
+    """Inverted within one period, heating and lag together ring: across the hysteresis they end on the other branch."""
+    setpoints = [25.0] * 50 + [27.0] * 50
+    made = simulation(hysteresis__rate_dependence={"time_constant": lag_s})
+    ways = {}
+    for name, feedforward in {
+        "plain": InverseFeedforward(small_model(), Span(3.7, 8.5)),
+        "lagging": ExtendedFeedforward(made.model, dynamics_of(made.model), Span(3.7, 8.5), PERIOD_S),
+    }.items():
+        feedforward.start(3.7)
+        current = np.array([feedforward.step(one, PERIOD_S) for one in setpoints])
+        ways[name] = np.abs(np.diff(current[45:])).sum()
+    assert ways["lagging"] < 2.0 * ways["plain"], "mA, there and back"
 
 
 def test_tuning_leaves_out_what_the_loop_tracked_worse_with():

@@ -27,7 +27,8 @@ from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residu
 from rtctl.diagnosis.result import Cause, Diagnosis
 from rtctl.diagnosis.search.request import SearchRequest
 from rtctl.diagnosis.search.stepwise import significance_level
-from rtctl.diagnosis.verification.whole_record_fits import Fits, HoldoutData, extend_model
+from rtctl.diagnosis.verification.loop_model import model_for_loop
+from rtctl.diagnosis.verification.whole_record_fits import Fits, HoldoutData
 
 KNOWN = "known"
 """Shape of a mechanism: share of its steady effect that the loops held already where they were identified."""
@@ -99,7 +100,7 @@ def _told(
         notes = () if is_value else (AS_CORRECTIONS.format(cause.id),)
         answer = replace(answer, warnings=(*answer.warnings, *notes))
     fits = Fits(answer.fits.before if answer.causes else before, after)
-    extended, rehearse = extend_model(problem, request.model, after), problem.subject.rehearse
+    extended = model_for_loop(request, after)
     is_part = answer.verdict == "partly_explained"
     return replace(
         answer,
@@ -111,9 +112,9 @@ def _told(
             )
         ),
         fits=fits,
-        model=extended,
+        model=extended.model,
         gain=holdout.gain_of(fits, problem.subject.output),
-        loop=rehearse(request.model, extended, request.dataset.records) if rehearse else None,
+        loop=extended.rehearsal,
     )
 
 
