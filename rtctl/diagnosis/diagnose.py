@@ -20,7 +20,7 @@ from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subjects import subjects_of_model
 from rtctl.diagnosis.problem.work_budget import WallClockGuard, WorkBudget
 from rtctl.diagnosis.report.causes import name_causes
-from rtctl.diagnosis.report.changed_input import explain_by_changed_input
+from rtctl.diagnosis.report.changed_signal import explain_by_changed_signals
 from rtctl.diagnosis.report.file_value import explain_by_file_value
 from rtctl.diagnosis.report.nearest_cause import describe_nearest_cause
 from rtctl.diagnosis.report.remarks import remark
@@ -107,7 +107,7 @@ def diagnose(
         answer = _answer(request, simulation, search, verified, holdout, stopped=found.cancelled)
         if not subject.is_steady:
             notes += tuple(note_few_periods(fit, problem.scales.rate, options.thresholds.screening))
-        answer = explain_by_changed_input(answer, request, data.simulation, holdout)
+        answer = explain_by_changed_signals(answer, request, data.simulation, holdout)
         told = [cause.id for cause in answer.causes]
         notes += (*first.notes, *found.notes)
         notes += tuple(note_large_shifts(data.simulation, search.nominal, problem, told))
