@@ -11,6 +11,10 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     ),
     "set": ('rtctl set out/steps setpoint="30 um"', "rtctl set out/steps controller.kp=0.02"),
     "watch": ("rtctl watch out/steps", "rtctl watch out/steps --control --plotjuggler localhost:9870"),
+    "export": (
+        "rtctl export mcap out/steps --out steps.mcap",
+        "rtctl export mcap out/steps --out steps.mcap --json",
+    ),
     "replay": ("rtctl replay out/steps", "rtctl replay out/steps --out out/again"),
     "recover": ("rtctl recover out/steps", "rtctl recover out/steps --json"),
     "acquire": (

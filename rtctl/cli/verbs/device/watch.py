@@ -1,4 +1,4 @@
-"""A page that shows a run while it lasts and afterwards, in a browser; also changes it, or feeds PlotJuggler."""
+"""A page that shows a run while it lasts and afterwards, in a browser; also changes it, or feeds other programs."""
 
 from __future__ import annotations
 
@@ -34,6 +34,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="HOST:PORT",
         help="also send the rows there as UDP packets of JSON (usual port: 9870)",
     )
+    parser.add_argument(
+        "--mcap",
+        type=Path,
+        metavar="FILE.mcap",
+        help="also write a file that grows with the run and is whole at any moment",
+    )
+    parser.add_argument(
+        "--epics",
+        metavar="PREFIX",
+        help="also serve the run as EPICS process variables, such as PREFIXsetpoint",
+    )
 
 
 def run(args: argparse.Namespace) -> int:
@@ -66,6 +77,8 @@ def run(args: argparse.Namespace) -> int:
         port=args.port,
         control=args.control,
         plotjuggler=args.plotjuggler,
+        mcap=args.mcap,
+        epics=args.epics,
         ready=ready,
     )
     return 0
