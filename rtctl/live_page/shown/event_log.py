@@ -58,4 +58,6 @@ class EventLog:
             return f"{text}: {event.values['message']}" if event.kind == "refused" else text
         if event.kind == "fault":
             return f"{event.values.get('fault', '')}: {event.values.get('message', '')}"
+        if event.kind == "change":
+            return str(event.values.get("message", event.values.get("name", "")))
         return {"start": "loop started", "rearmed": "device armed again"}.get(event.kind, event.kind)

@@ -13,6 +13,7 @@ The time of a message is that of its sample in the run: period * index, in nanos
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
@@ -31,6 +32,7 @@ from rtctl.live_page.shown.event_log import EventLog
 from rtctl.live_page.streams.growing_mcap import GrowingMcap, Topic
 from rtctl.loop.live_parameters import units_of_parameters
 from rtctl.loop.supervisor import TIMING_COLUMNS
+from rtctl.session.live.control_socket import PARAMETERS as PARAMETER_UNITS
 from rtctl.session.live.control_socket import parameters
 from rtctl.session.run_folder import MODEL
 
@@ -51,7 +53,8 @@ class RunMcap:
         self._file = GrowingMcap(path)
         place, is_run = description.place, description.place.record is None
         self._period_ns = 1e9 * description.period_s
-        self._timing = TimingRows(place.folder) if is_run else None
+        has_times = is_run and PARAMETER_UNITS not in description.rows.metadata
+        self._timing = TimingRows(place.folder) if has_times else None
         self._events = EventLog(place.folder, description.scenario, description.period_s) if is_run else None
         self._events_written = 0
         self._parameters: dict[str, float] = {}
@@ -102,20 +105,20 @@ class RunMcap:
         if errors:
             names = {ERROR_ROLES[one.role]: one.unit for one in errors}
             file.register(_numbers(ERRORS, "rtctl.Errors", names))
-        if self._timing is None:
+        if self._timing is not None:
+            file.register(_numbers(TIMING, "rtctl.Timing", dict(TIMING_COLUMNS)))
+        if self._events is None:
             return
-        file.register(_numbers(TIMING, "rtctl.Timing", dict(TIMING_COLUMNS)))
-        if description.scenario is not None:
-            known = units_of_parameters(description.scenario.profile)
-            parameter_units = {name: plain_unit(unit) for name, unit in known.items()}
-            file.register(_numbers(PARAMETERS, "rtctl.Parameters", parameter_units))
+        known = _parameter_units(description)
+        if known:
+            file.register(_numbers(PARAMETERS, "rtctl.Parameters", known))
         file.register(Topic(EVENTS, "rtctl.Event", {"kind": {"type": "string"}, "text": {"type": "string"}}))
         if "scenario" in rows.metadata:
             file.attach("scenario.toml", TOML, rows.metadata["scenario"].encode())
         self._attach(folder / MODEL, TOML)
         with suppress(InputError, RunError):  # it has ended, or was begun without a control socket
             self._parameters = dict(parameters(folder))
-            if self._parameters and description.scenario is not None:
+            if self._parameters and known:
                 file.add(PARAMETERS, 0, self._parameters)
 
     def _complete(self, description: Description) -> int:
@@ -175,6 +178,16 @@ class RunMcap:
     def _attach(self, path: Path, kind: str) -> None:
         with suppress(FileNotFoundError):
             self._file.attach(path.name, kind, path.read_bytes())
+
+
+def _parameter_units(description: Description) -> dict[str, str]:
+    """Return the units of what can be changed, by name; empty where that is not known."""
+    units: Mapping[str, str] = {}
+    if PARAMETER_UNITS in description.rows.metadata:
+        units = json.loads(description.rows.metadata[PARAMETER_UNITS])
+    elif description.scenario is not None:
+        units = units_of_parameters(description.scenario.profile)
+    return {name: plain_unit(unit) for name, unit in units.items()}
 
 
 def _numbers(topic: str, schema: str, units: Mapping[str, str]) -> Topic:

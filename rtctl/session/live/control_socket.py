@@ -31,8 +31,8 @@ from rtctl.scenario.schema import checked_scenario
 from rtctl.session.run_folder import SIGNALS, scenario_tables
 
 NAME = "control.sock"
-LARGEST_DATAGRAM = 4096
-"""Largest request and answer [bytes]."""
+LARGEST_DATAGRAM = 1 << 16
+"""Largest request and answer [bytes]: names and values of some hundred parameters."""
 ANSWER_WITHIN_S = 2.0
 PARAMETERS = "parameters"
 """Name of the question for the values of all parameters."""
@@ -189,7 +189,11 @@ def parameter_units(folder: Path) -> dict[str, str]:
     path = folder / SIGNALS
     if not path.is_file():
         raise InputError(f"{folder}: no run is under way here ({SIGNALS} is missing)")
-    scenario = checked_scenario(scenario_tables(read_header(path).metadata, path), str(path))
+    metadata = read_header(path).metadata
+    if PARAMETERS in metadata:  # of what is no run of a scenario
+        units: dict[str, str] = json.loads(metadata[PARAMETERS])
+        return units
+    scenario = checked_scenario(scenario_tables(metadata, path), str(path))
     return units_of_parameters(scenario.profile)
 
 

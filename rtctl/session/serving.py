@@ -1,0 +1,102 @@
+"""A simulated device that is served with faults, or with a page of its own that shows what it really does."""
+
+from __future__ import annotations
+
+import ctypes
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any
+
+from rtctl.border.errors import InputError
+from rtctl.scenario.served_faults import ServedFaults
+from rtctl.session.bench_account import Accounted, bench_account
+from rtctl.wiring import Where, build_bench, serve_bench
+
+PR_SET_PDEATHSIG = 1
+"""prctl: the signal that a process gets when its parent ends (linux/prctl.h)."""
+END_WITHIN_S = 10.0
+
+
+def serve_on_bench(
+    device: str,
+    seed: int | None,
+    where: Where,
+    *,
+    faults: ServedFaults,
+    record: Path | None,
+    page: int | None,
+    has_page: bool,
+) -> None:
+    """Serve a device until interrupted.
+
+    Args:
+        device: Plant file, or the name of a bundled one.
+        seed: Seed of its noise; None: its own.
+        where: Its wires.
+        faults: What goes wrong.
+        record: Folder for what it really does; None: with a page a folder that is removed at the end, else none.
+        page: Port of the page; 0: a free one; None: the usual one, or a free one where that is taken.
+        has_page: Whether there is a page.
+
+    Raises:
+        InputError: there is no such device, or it cannot be served there.
+    """
+    bench = build_bench(device, seed, faults, where)
+    with ExitStack() as stack:
+        folder = record
+        if folder is None and has_page:
+            folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="rtctl-bench-")))
+        if has_page:
+            assert folder is not None
+            folder.mkdir(parents=True, exist_ok=True)
+            address = stack.enter_context(page_of(folder, page))
+            print(f"page {address}", flush=True)
+        if folder is not None:
+            _keep_account(bench, folder, stack)
+        serve_bench(bench, where)
+
+
+def _keep_account(bench: Any, folder: Path, stack: ExitStack) -> None:
+    """Let a `plant_sim.bench.Bench` keep its account in `folder`, and be changed from there."""
+    device = bench.device
+    of = Accounted(
+        title=f"{device.identity}: what it really does", period_s=bench.period_s, columns=device.columns,
+        inputs=[one.name for one in device.profile.commands], units=bench.units, judge=bench.check,
+        values=bench.values,
+    )  # fmt: skip
+    account = stack.enter_context(bench_account(folder, of))
+    device.account, bench.note, bench.changes = account.row, account.note, account.changes
+
+
+@contextmanager
+def page_of(folder: Path, port: int | None) -> Iterator[str]:
+    """Serve the page of `folder` by a process of its own inside the block; yield its address. Raises InputError.
+
+    Another process, because the device answers its host in microseconds, which a page would make milliseconds.
+    """
+    command = [sys.executable, "-m", "rtctl", "watch", str(folder), "--control", "--quiet"]
+    command += [] if port is None else ["--port", str(port)]
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=_end_with_parent
+    ) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        try:
+            address = process.stdout.readline().strip()
+            if not address:
+                said = process.stderr.read().strip().splitlines() or ["it ended"]
+                raise InputError(said[-1].removeprefix("rtctl watch: ").replace("--port", "--page"))
+            yield address
+        finally:
+            process.terminate()
+            process.communicate(timeout=END_WITHIN_S)
+
+
+def _end_with_parent() -> None:
+    """Let the kernel end this process with its parent, also where that is killed."""
+    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
