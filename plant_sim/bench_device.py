@@ -115,10 +115,22 @@ class BenchDevice(SimulatedDevice):
         self._pass_time()
         self._account()
 
+    def power_cycle(self) -> None:
+        """See `SimulatedDevice`."""
+        if not self.lockstep:
+            self._live_until_now()
+        self._pass_time()
+        self._seen_us = 0
+        super().power_cycle()
+
+    def _power_up(self) -> None:
+        self._pass_time()
+        self._seen_us = 0
+        super()._power_up()
+
     def _pass_time(self) -> None:
-        """Follow the device's time, also through a restart; begin what was planned for by now."""
-        passed_us = self._time_us - self._seen_us
-        self._now_us += passed_us if passed_us >= 0 else self._time_us
+        """Follow the device's time; begin what was planned for by now."""
+        self._now_us += self._time_us - self._seen_us
         self._seen_us = self._time_us
         while (
             self._planned

@@ -58,7 +58,10 @@ class OscillatorInspection:
         self._plant, self._rehearse = plant, rehearse
         self._simulation = with_all_mechanisms(simulation)
         z = simulation.units["displacement"]
-        self.truths: Sequence[tuple[str, str]] = (("true_displacement", z), ("true_velocity", f"({z})/s"))
+        self.truths: Sequence[tuple[str, str]] = (
+            ("true_displacement", z),
+            ("true_velocity", plain_unit(f"({z})/s")),
+        )
         self.switches: Mapping[str, str] = {
             PREFIX + one.name: plain_unit(one.unit) for one in self._simulation.parameters if one.mechanism
         }

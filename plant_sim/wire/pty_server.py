@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import asyncio
 import os
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from plant_sim.wire.faulty_wire import FaultyWire
 from plant_sim.wire.virtual_port import virtual_port
+from rtctl.border.errors import InputError
 
 Answer = Callable[[bytes], bytes]
 """Maps bytes that arrived to the answer; empty: nothing (yet)."""
@@ -134,4 +136,10 @@ class PortEnd:
     def _hang_up(self, duration_s: float) -> None:
         """Let the port go, as an adapter that is unplugged, and come again."""
         self.close()
-        self._again = asyncio.get_running_loop().call_later(duration_s, self.open)
+        self._again = asyncio.get_running_loop().call_later(duration_s, self._open_again)
+
+    def _open_again(self) -> None:
+        try:
+            self.open()
+        except InputError as error:  # somebody has taken the path meanwhile
+            print(f"the port does not come back: {error}", file=sys.stderr)

@@ -46,16 +46,18 @@ def serve_on_bench(
     Raises:
         InputError: there is no such device, or it cannot be served there.
     """
-    bench = build_bench(device, seed, faults, where)
     with ExitStack() as stack:
         folder = record
         if folder is None and has_page:
             folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="rtctl-bench-")))
+        page_process = None
         if has_page:
             assert folder is not None
             folder.mkdir(parents=True, exist_ok=True)
-            address = stack.enter_context(page_of(folder, page))
-            print(f"page {address}", flush=True)
+            page_process = stack.enter_context(page_of(folder, page))  # it starts while the device is made
+        bench = build_bench(device, seed, faults, where)
+        if page_process is not None:
+            print(f"page {address_of(page_process)}", flush=True)
         if folder is not None:
             _keep_account(bench, folder, stack)
         serve_bench(bench, where)
@@ -74,8 +76,8 @@ def _keep_account(bench: Any, folder: Path, stack: ExitStack) -> None:
 
 
 @contextmanager
-def page_of(folder: Path, port: int | None) -> Iterator[str]:
-    """Serve the page of `folder` by a process of its own inside the block; yield its address. Raises InputError.
+def page_of(folder: Path, port: int | None) -> Iterator[subprocess.Popen[str]]:
+    """Serve the page of `folder` by a process of its own inside the block; yield the process.
 
     Another process, because the device answers its host in microseconds, which a page would make milliseconds.
     """
@@ -84,17 +86,22 @@ def page_of(folder: Path, port: int | None) -> Iterator[str]:
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=_end_with_parent
     ) as process:
-        assert process.stdout is not None
-        assert process.stderr is not None
         try:
-            address = process.stdout.readline().strip()
-            if not address:
-                said = process.stderr.read().strip().splitlines() or ["it ended"]
-                raise InputError(said[-1].removeprefix("rtctl watch: ").replace("--port", "--page"))
-            yield address
+            yield process
         finally:
             process.terminate()
             process.communicate(timeout=END_WITHIN_S)
+
+
+def address_of(page: subprocess.Popen[str]) -> str:
+    """Return the address of a page once it is served. Raises InputError where it cannot be."""
+    assert page.stdout is not None
+    assert page.stderr is not None
+    address = page.stdout.readline().strip()
+    if not address:
+        said = page.stderr.read().strip().splitlines() or ["the page has ended"]
+        raise InputError(said[-1].removeprefix("rtctl watch: ").replace("--port", "--page"))
+    return address
 
 
 def _end_with_parent() -> None:
