@@ -38,7 +38,7 @@ from rtctl.scenario.served_faults import ServedFaults
 from rtctl.timing.clock import SimulatedClock
 
 if TYPE_CHECKING:
-    from plant_sim.bench import Bench
+    from plant_sim.bench.under_way import Bench
     from plant_sim.plant import Plant
     from plant_sim.wire.serve import Wires
     from rtctl.plant_control.support import Control, PlantSupport
@@ -423,8 +423,8 @@ def build_bench(name: str, seed: int | None, faults: ServedFaults, where: Where)
     """Return a device on a test bench, with its faults. Raises InputError."""
     from drivers.fault_line import Disturbance, Kind, Way
     from drivers.served_line import ServedLine
-    from plant_sim.bench import Bench, PlannedFault
-    from plant_sim.bench_device import BenchDevice, JournalledBenchDevice
+    from plant_sim.bench.device import BenchDevice, JournalledBenchDevice
+    from plant_sim.bench.under_way import Bench, PlannedFault
 
     plant = build_device(name, Path(), seed)
     device = (BenchDevice if where.journal is None else JournalledBenchDevice)(plant)

@@ -7,7 +7,7 @@ import heapq
 import itertools
 from collections.abc import Callable
 
-from plant_sim.line import Line, Passed
+from plant_sim.bench.line import Line, Passed
 
 REBOOT = "device_reboot"
 """The fault that power-cycles the device; each other one that the line leaves to the server breaks its connections."""

@@ -10,7 +10,7 @@ from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from plant_sim.bench import Bench
+from plant_sim.bench.under_way import Bench
 from plant_sim.device import SimulatedDevice
 from plant_sim.journal import JournalledDevice
 from plant_sim.plant import Plant

@@ -89,7 +89,7 @@ def serve(  # noqa: PLR0913
     if not faults and record is None and page is False:
         serve_plant(name, seed, where)
         return
-    from rtctl.session.serving import serve_on_bench
+    from rtctl.session.bench.serving import serve_on_bench
 
     serve_on_bench(
         name, seed, where,

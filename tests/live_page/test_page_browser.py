@@ -17,7 +17,7 @@ from browser_cases import chromium, counters, wait_for
 from page_cases import RecordedLoop, served
 
 from rtctl.loop.live_parameters import ParameterChannel
-from rtctl.session.bench_account import Accounted, bench_account
+from rtctl.session.bench.account import Accounted, bench_account
 from rtctl.session.live.control_socket import listening
 
 ROWS_OF_A_STEP = 20

@@ -14,8 +14,8 @@ from recording_plant import ManualClock, RecordingPlant
 
 from drivers.fault_line import Disturbance, Kind
 from drivers.served_line import ServedLine
-from plant_sim.bench import Bench, PlannedFault
-from plant_sim.bench_device import BenchDevice, DeviceFault
+from plant_sim.bench.device import BenchDevice, DeviceFault
+from plant_sim.bench.under_way import Bench, PlannedFault
 from plant_sim.wire.serve import Wires, served
 from rtctl.border.errors import Fault, InputError
 from rtctl.border.records import DeviceStatus, Measurement

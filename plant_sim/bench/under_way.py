@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
-from plant_sim.bench_device import INDEX_US, LASTING, BenchDevice, DeviceFault
-from plant_sim.line import Line
+from plant_sim.bench.device import INDEX_US, LASTING, BenchDevice, DeviceFault
+from plant_sim.bench.line import Line
 from rtctl.border.errors import InputError, nearest
 
 FAULT = "fault."

@@ -14,7 +14,7 @@ from typing import Any
 
 from rtctl.border.errors import InputError
 from rtctl.scenario.served_faults import ServedFaults
-from rtctl.session.bench_account import Accounted, bench_account
+from rtctl.session.bench.account import Accounted, bench_account
 from rtctl.wiring import Where, build_bench, serve_bench
 
 PR_SET_PDEATHSIG = 1
@@ -64,7 +64,7 @@ def serve_on_bench(
 
 
 def _keep_account(bench: Any, folder: Path, stack: ExitStack) -> None:
-    """Let a `plant_sim.bench.Bench` keep its account in `folder`, and be changed from there."""
+    """Let a `plant_sim.bench.under_way.Bench` keep its account in `folder`, and be changed from there."""
     device = bench.device
     of = Accounted(
         title=f"{device.identity}: what it really does", period_s=bench.period_s, columns=device.columns,
