@@ -126,9 +126,11 @@ def test_a_file_that_grows_has_each_row_once_and_a_second_run_has_its_own(
         recorder.look()
         assert len(read(file)["/signals"]) == 10
         assert read(file)["/parameters"] == [(0, 0, {"controller.kp": 0.02})]
-        for _ in range(3):
+        for k in range(3):
             loop.append(700)
+            note(folder, {"step": k, "event": "rearmed"})
             recorder.look()
+        assert [one[0] for one in read(file)["/events"]] == [0, 1_000_000, 2_000_000], "each event once"
         assert [one[1] for one in read(file)["/signals"]] == list(range(1, 2111))
     loop.append(1)
     loop.end()
