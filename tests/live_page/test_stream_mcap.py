@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import re
 import signal
 import subprocess
@@ -19,6 +20,7 @@ from rtctl.border.errors import InputError
 from rtctl.cli import main
 from rtctl.live_page.streams.mcap_files import McapRecorder, export_mcap
 from rtctl.loop.live_parameters import ParameterChannel
+from rtctl.session.bench.account import Accounted, bench_account
 from rtctl.session.live.control_socket import listening
 
 reader = pytest.importorskip("mcap.reader", reason="mcap is not installed")
@@ -148,6 +150,27 @@ def test_a_file_that_grows_has_each_row_once_and_a_second_run_has_its_own(
     assert len(read(tmp_path / "run-2.mcap")["/signals"]) == 2
     assert len(read(file)["/signals"]) == 2111
     following.end()
+
+
+def test_the_account_of_a_served_device_is_exported_without_times(tmp_path: Path) -> None:
+    of = Accounted(
+        title="x", period_s=1e-4, columns=[("index", ""), ("current", "mA"), ("resistance", "ohm")], inputs=["current"],
+        units={"effects.delay": "s"}, judge=lambda name, value: "", values=lambda: {"effects.delay": 0.0},
+    )  # fmt: skip
+    with bench_account(tmp_path / "bench", of) as account:
+        account.row((3.0, 5.0, math.nan))
+        account.note(3, "change", "effects.delay", 2e-3)
+        account.note(4, "fault", "stall", 0.05)
+    assert sorted(os.listdir(tmp_path / "bench")) == ["events.jsonl", "signals.parquet"]
+    export_mcap(tmp_path / "bench", tmp_path / "bench.mcap")
+    found = read(tmp_path / "bench.mcap")
+    assert found["/signals"] == [(300_000, 1, {"index": 3.0, "current": 5.0})]
+    assert [one[2]["text"] for one in found["/events"]] == ["effects.delay 2 ms", "stall: for 50 ms"]
+    assert found["/parameters"] == [(300_000, 0, {"effects.delay": 2e-3})]
+    assert "/timing" not in found
+    with bench_account(tmp_path / "nothing", of):
+        pass
+    assert not (tmp_path / "nothing" / "signals.parquet").exists()
 
 
 @pytest.mark.wire

@@ -89,8 +89,10 @@ def bench_account(folder: Path, of: Accounted) -> Iterator[BenchAccount]:
         with listening(folder, channel):
             yield BenchAccount(recorder, events, channel, of.units)
     finally:
-        rows = recorder.close().table()
-        write_parquet_parts(
-            folder / PARQUET, list(rows), rows.parts(ROWS_OF_A_GROUP), dict(of.columns), metadata
-        )
+        recorded = recorder.close()
+        if len(recorded):
+            rows = recorded.table()
+            write_parquet_parts(
+                folder / PARQUET, list(rows), rows.parts(ROWS_OF_A_GROUP), dict(of.columns), metadata
+            )
         (folder / SIGNALS).unlink(missing_ok=True)
