@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 
 from drivers.fault_line import Disturbance, FaultyLine, Kind, Passed, Way
 
+Share = tuple[str, float, float, str | None]
+"""A kind of fault, the share of bursts that it strikes, its duration [s], "to_device" or "to_host"; None: both."""
 Deliveries = list[tuple[float, bytes]]
 """Bytes that come out of the line, and when [s]."""
 Struck = list[tuple[str, float]]
@@ -18,7 +20,14 @@ class ServedLine:
     kinds = tuple(str(kind) for kind in Kind if kind is not Kind.HOST_PAUSE)
     """Faults that a server can make: it knows nothing of the host's process."""
 
-    def __init__(self, disturbances: Sequence[Disturbance], seed: int) -> None:
+    def __init__(self, struck: Iterable[Share] = (), seed: int = 0) -> None:
+        """Make a line of which shares of the bursts are struck. Raises InputError for a number out of range."""
+        disturbances = [
+            Disturbance(
+                kind=Kind(kind), rate=rate, duration_s=duration_s, way=None if way is None else Way(way)
+            )
+            for kind, rate, duration_s, way in struck
+        ]
         self._line = FaultyLine(disturbances, seed)
 
     @property

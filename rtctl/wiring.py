@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from rtctl.border.errors import InputError, nearest
 from rtctl.border.quantities import convert, read_toml
@@ -34,13 +34,12 @@ from rtctl.safety.plausibility import Plausibility
 from rtctl.scenario.drivers import InProcess, ModbusRtu, ModbusTcp, Serial, Wire
 from rtctl.scenario.own_parts import OwnController, OwnDriver, OwnEstimator
 from rtctl.scenario.schema import Scenario
-from rtctl.scenario.served_faults import ServedFaults
+from rtctl.scenario.serving import ServedAt, ServedFaults
 from rtctl.timing.clock import SimulatedClock
 
 if TYPE_CHECKING:
     from plant_sim.bench.under_way import Bench
     from plant_sim.plant import Plant
-    from plant_sim.wire.serve import Wires
     from rtctl.plant_control.support import Control, PlantSupport
 
 
@@ -396,57 +395,32 @@ def build_forced(model: Any, units: Mapping[str, str], source: str) -> Forced:
     return made
 
 
-def serve_plant(name: str, seed: int | None, where: Where) -> None:
+def serve_plant(name: str, seed: int | None, where: ServedAt) -> None:
     """Serve a plant file or bundled plant until interrupted. Raises InputError."""
-    from plant_sim.wire.serve import serve
+    from plant_sim.wire.serve import Wires, serve
 
-    serve(build_device(name, Path(), seed), _wires(where), where.journal)
-
-
-class Where(NamedTuple):
-    """Where a device is served."""
-
-    rtu_path: Path | None = None
-    serial_path: Path | None = None
-    tcp: str | None = None
-    baud: int | None = None
-    journal: Path | None = None
+    serve(build_device(name, Path(), seed), Wires(**where.wires()), where.journal)
 
 
-def _wires(where: Where) -> Wires:
-    from plant_sim.wire.serve import Wires
-
-    return Wires(rtu_path=where.rtu_path, serial_path=where.serial_path, tcp=where.tcp, baud=where.baud)
-
-
-def build_bench(name: str, seed: int | None, faults: ServedFaults, where: Where) -> Bench:
+def build_bench(name: str, seed: int | None, faults: ServedFaults, *, has_journal: bool) -> Bench:
     """Return a device on a test bench, with its faults. Raises InputError."""
-    from drivers.fault_line import Disturbance, Kind, Way
     from drivers.served_line import ServedLine
     from plant_sim.bench.device import BenchDevice, JournalledBenchDevice
     from plant_sim.bench.under_way import Bench, PlannedFault
 
-    plant = build_device(name, Path(), seed)
-    device = (BenchDevice if where.journal is None else JournalledBenchDevice)(plant)
-    always = [
-        Disturbance(
-            kind=Kind(one.kind), rate=one.rate, duration_s=one.duration_s,
-            way=None if one.way is None else Way(one.way),
-        )
-        for one in faults.faults
-        if one.rate is not None
-    ]  # fmt: skip
-    planned = [
-        PlannedFault(one.at_s, one.kind, one.duration_s) for one in faults.faults if one.at_s is not None
-    ]
-    return Bench(device, ServedLine(always, faults.seed), planned)
+    device = (JournalledBenchDevice if has_journal else BenchDevice)(build_device(name, Path(), seed))
+    found = faults.faults
+    struck = [(one.kind, one.rate, one.duration_s, one.way) for one in found if one.rate is not None]
+    planned = [PlannedFault(one.at_s, one.kind, one.duration_s) for one in found if one.at_s is not None]
+    return Bench(device, ServedLine(struck, faults.seed), planned)
 
 
-def serve_bench(bench: Bench, where: Where) -> None:
+def serve_bench(bench: Bench, where: ServedAt) -> None:
     """Serve a device on a test bench until interrupted. Raises InputError."""
+    from plant_sim.wire.serve import Wires
     from plant_sim.wire.serve import serve_bench as serve
 
-    serve(bench, _wires(where), where.journal)
+    serve(bench, Wires(**where.wires()), where.journal)
 
 
 def mechanism_ids(kind: str) -> tuple[str, ...]:

@@ -76,11 +76,11 @@ def serve(  # noqa: PLR0913
     Raises:
         InputError: There is no such device, or the wire cannot be opened.
     """
-    from rtctl.scenario.served_faults import ServedFaults, read_faults
-    from rtctl.wiring import Where, serve_plant
+    from rtctl.scenario.serving import ServedAt, ServedFaults, read_faults
+    from rtctl.wiring import serve_plant
 
     paths = {"rtu_path": rtu_path, "serial_path": serial_path, "journal": journal}
-    where = Where(
+    where = ServedAt(
         tcp=tcp,
         baud=baud,
         **{name: None if path is None else path_of(name, path) for name, path in paths.items()},

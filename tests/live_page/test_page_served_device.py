@@ -22,7 +22,7 @@ from page_cases import asked, viewer
 from pymodbus.client import ModbusTcpClient
 
 from rtctl.cli import main
-from rtctl.scenario.served_faults import LASTING, ServedFault, read_faults
+from rtctl.scenario.serving import LASTING, ServedFault, read_faults
 
 PATIENCE_S = 30.0
 CURRENT, READING, IDENTITY = 0, 100, 120

@@ -12,14 +12,13 @@ from pathlib import Path
 import pytest
 from recording_plant import ManualClock, RecordingPlant
 
-from drivers.fault_line import Disturbance, Kind
 from drivers.served_line import ServedLine
 from plant_sim.bench.device import BenchDevice, DeviceFault
 from plant_sim.bench.under_way import Bench, PlannedFault
 from plant_sim.wire.serve import Wires, served
 from rtctl.border.errors import Fault, InputError
 from rtctl.border.records import DeviceStatus, Measurement
-from rtctl.scenario.served_faults import OF_DEVICE, ServedFault, read_faults
+from rtctl.scenario.serving import OF_DEVICE, ServedFault, read_faults
 
 PERIOD_US = 1000
 
@@ -122,7 +121,7 @@ def test_the_names_of_the_devices_faults_are_those_that_a_run_reports() -> None:
 )
 def test_a_fault_that_is_none_is_refused_in_words(name: str, value: float, words: str) -> None:
     with pytest.raises(InputError, match=words):
-        Bench(device(), ServedLine((), 0)).check(name, value)
+        Bench(device(), ServedLine()).check(name, value)
 
 
 def request(current_mA: float, sequence: int, transaction: int = 1) -> bytes:
@@ -152,7 +151,7 @@ def on_tcp(bench: Bench, act: Callable[[str, int], Awaitable[None]]) -> None:
 
 @pytest.mark.wire
 def test_a_stall_holds_an_answer_back_and_a_drop_loses_it() -> None:
-    bench = Bench(BenchDevice(RecordingPlant()), ServedLine((), 0))
+    bench = Bench(BenchDevice(RecordingPlant()), ServedLine())
 
     rows: list[tuple[float, ...]] = []
     bench.device.account = rows.append
@@ -184,7 +183,7 @@ def test_a_stall_holds_an_answer_back_and_a_drop_loses_it() -> None:
 
 @pytest.mark.wire
 def test_a_broken_connection_comes_back_after_its_time_and_a_restart_forgets_all() -> None:
-    bench = Bench(BenchDevice(RecordingPlant()), ServedLine((), 0))
+    bench = Bench(BenchDevice(RecordingPlant()), ServedLine())
 
     async def act(host: str, port: int) -> None:
         reader, writer = await asyncio.open_connection(host, port)
@@ -214,7 +213,7 @@ def test_a_broken_connection_comes_back_after_its_time_and_a_restart_forgets_all
 @pytest.mark.wire
 def test_a_serial_port_goes_and_comes_again(tmp_path: Path) -> None:
     path = tmp_path / "port"
-    line = ServedLine([Disturbance(kind=Kind.DISCONNECT, rate=1.0, duration_s=0.1)], 0)
+    line = ServedLine([("disconnect", 1.0, 0.1, None)])
     bench = Bench(BenchDevice(RecordingPlant()), line)
 
     async def run() -> None:
@@ -236,7 +235,7 @@ def test_planned_faults_are_made_and_noted_at_their_time() -> None:
     noted: list[tuple[int, str, str, float]] = []
     bench = Bench(
         device(),
-        ServedLine((), 0),
+        ServedLine(),
         [PlannedFault(2e-3, "sensor_fault", 1e-3), PlannedFault(4e-3, "drop", 0.0)],
     )
     bench.note = lambda *event: noted.append(event)

@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any
 
 from rtctl.border.errors import InputError
-from rtctl.scenario.served_faults import ServedFaults
+from rtctl.scenario.serving import ServedAt, ServedFaults
 from rtctl.session.bench.account import Accounted, bench_account
-from rtctl.wiring import Where, build_bench, serve_bench
+from rtctl.wiring import build_bench, serve_bench
 
 PR_SET_PDEATHSIG = 1
 """prctl: the signal that a process gets when its parent ends (linux/prctl.h)."""
@@ -25,7 +25,7 @@ END_WITHIN_S = 10.0
 def serve_on_bench(
     device: str,
     seed: int | None,
-    where: Where,
+    where: ServedAt,
     *,
     faults: ServedFaults,
     record: Path | None,
@@ -55,7 +55,7 @@ def serve_on_bench(
             assert folder is not None
             folder.mkdir(parents=True, exist_ok=True)
             page_process = stack.enter_context(page_of(folder, page))  # it starts while the device is made
-        bench = build_bench(device, seed, faults, where)
+        bench = build_bench(device, seed, faults, has_journal=where.journal is not None)
         if page_process is not None:
             print(f"page {address_of(page_process)}", flush=True)
         if folder is not None:

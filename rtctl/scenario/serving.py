@@ -1,4 +1,4 @@
-"""Faults of a served device: `rtctl serve --faults FILE|SPEC`, a TOML file or a short text, checked.
+"""Where a device is served, and what goes wrong: `rtctl serve --faults FILE|SPEC`, a TOML file or a short text.
 
     drop rate=0.01; delay rate=0.05 duration=20ms way=to_host; sensor_fault at=5s duration=200ms
 
@@ -9,7 +9,7 @@ fault of the device strikes at a time. A file has the same as tables [[faults]],
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import Field, model_validator
 
@@ -24,6 +24,22 @@ LASTING = ("delay", "jitter", "reorder", "stall", "disconnect", *OF_DEVICE[:3])
 OF_PORTS = ("bit_flip", "truncate")
 SUFFIX = ".toml"
 OPTION = "--faults"
+
+
+class ServedAt(NamedTuple):
+    """Wires of a served device."""
+
+    rtu_path: Path | None = None
+    serial_path: Path | None = None
+    tcp: str | None = None
+    """HOST:PORT."""
+    baud: int | None = None
+    journal: Path | None = None
+    """File of what the device did."""
+
+    def wires(self) -> dict[str, Any]:
+        """Return the wires alone, by name."""
+        return {name: value for name, value in self._asdict().items() if name != "journal"}
 
 
 class ServedFault(Checked):
