@@ -27,7 +27,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--port", type=int, help="of this machine; 0: a free one (default: 8787, or a free one)"
     )
     parser.add_argument(
-        "--control", action="store_true", help="let the page change set-point and gains, and stop the run"
+        "--control",
+        action="store_true",
+        help="let the page (and EPICS clients) change set-point and gains; the page also stops the run",
     )
     parser.add_argument(
         "--plotjuggler",
