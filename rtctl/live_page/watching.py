@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 
-from rtctl.border.errors import InputError
+from rtctl.border.errors import InputError, RtctlError
 from rtctl.live_page.recorded.places import is_recording, places_in
 from rtctl.live_page.served.access import Access, token_of
 from rtctl.live_page.served.relay import page_relayed, upstream_of
@@ -62,8 +63,17 @@ def watch(
         ready(address)
         while not stop_requested():
             time.sleep(1.0 / LOOKS_A_SECOND)
-            for stream in fed:
-                stream.look()
+            fed = [stream for stream in fed if _goes_on(stream)]
+
+
+def _goes_on(stream: Stream) -> bool:
+    """Let a stream look for new rows; return whether it goes on. The page does in any case."""
+    try:
+        stream.look()
+    except RtctlError as error:
+        print(f"rtctl watch: {error}", file=sys.stderr)
+        return False
+    return True
 
 
 def watched_folder(run: Path) -> Path:

@@ -6,6 +6,7 @@ import json
 import math
 import os
 import re
+import resource
 import signal
 import struct
 import subprocess
@@ -23,6 +24,7 @@ from pymodbus.client import ModbusTcpClient
 
 from rtctl.cli import main
 from rtctl.scenario.serving import LASTING, ServedFault, read_faults
+from rtctl.session.bench.account import Accounted, bench_account
 
 PATIENCE_S = 30.0
 CURRENT, READING, IDENTITY = 0, 100, 120
@@ -187,6 +189,27 @@ def test_what_is_wrong_is_said_without_a_traceback(
     said = capfd.readouterr().err
     assert message in said
     assert "Traceback" not in said
+
+
+def test_an_account_that_finds_no_room_ends_and_is_whole(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    of = Accounted(
+        title="x", period_s=1e-4, columns=[("index", ""), ("current", "mA")], inputs=[], units={},
+        judge=lambda name, value: "", values=dict,
+    )  # fmt: skip
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, before[1]))
+    try:
+        with bench_account(tmp_path, of) as account:
+            for k in range(20_000):
+                account.row((float(k), 5.0))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert capsys.readouterr().err.count("the device goes on without its account") == 1
+    index = pq.read_table(tmp_path / "signals.parquet")["index"].to_pylist()
+    assert 4096 < len(index) < 20_000
+    assert index == list(range(len(index)))
 
 
 def test_the_page_of_the_documentation_has_every_kind_of_fault_and_its_file_is_one(tmp_path: Path) -> None:

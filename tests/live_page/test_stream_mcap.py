@@ -18,7 +18,9 @@ from page_cases import RecordedLoop, asked
 
 from rtctl.border.errors import InputError
 from rtctl.cli import main
+from rtctl.live_page.streams.chosen import Streams
 from rtctl.live_page.streams.mcap_files import McapRecorder, export_mcap
+from rtctl.live_page.watching import watch
 from rtctl.loop.live_parameters import ParameterChannel
 from rtctl.session.bench.account import Accounted, bench_account
 from rtctl.session.live.control_socket import listening
@@ -194,6 +196,24 @@ def test_what_a_killed_watch_leaves_is_a_whole_file(tmp_path: Path) -> None:
     rows = read(file)["/signals"]
     assert len(rows) > 1000
     assert rows == expected(loop)[: len(rows)]
+
+
+def test_a_full_disk_ends_the_file_and_not_the_watch(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("rtctl.live_page.streams.mcap_files.SAVE_EVERY_S", 0.0)
+    (tmp_path / "run.mcap").symlink_to("/dev/full")
+    RecordedLoop(tmp_path / "run").append(3)
+    looks = iter(range(4))
+    watch(
+        tmp_path / "run", port=0, may_change=False, streams=Streams(mcap=tmp_path / "run.mcap"),
+        ready=lambda address: None, stop_requested=lambda: next(looks, None) is None,
+    )  # fmt: skip
+    said = capsys.readouterr().err
+    assert (
+        said.count("run.mcap: cannot be written any more: No space left on device; what was saved last stays")
+        == 1
+    )
 
 
 @pytest.mark.parametrize(

@@ -54,7 +54,7 @@ class GrowingMcap:
         require("mcap", "writing .mcap")
         from mcap.writer import Writer
 
-        self._file = path.open("wb")
+        self._file = path.open("wb", buffering=0)  # a buffer that cannot be written is in the way of closing
         self._output = _Output()
         self._writer = Writer(self._output)  # type: ignore[arg-type] # it needs write, tell and flush only
         self._writer.start(library="rtctl")
@@ -91,9 +91,10 @@ class GrowingMcap:
         writer, output = copy.deepcopy((self._writer, self._output))  # the copy writes to the copied output
         writer.finish()  # type: ignore[no-untyped-call]
         self._file.seek(self._output.settled)
-        self._file.write(output.pending)
+        left = memoryview(output.pending)
+        while left:
+            left = left[self._file.write(left) :]
         self._file.truncate()
-        self._file.flush()
         self._output.settled += len(self._output.pending)
         self._output.pending.clear()
 

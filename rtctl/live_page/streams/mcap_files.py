@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import time
+from contextlib import suppress
 from pathlib import Path
 
-from rtctl.border.errors import InputError
+from rtctl.border.errors import InputError, RunError
 from rtctl.extras import require
 from rtctl.live_page.recorded.places import HERE, places_in
 from rtctl.live_page.streams.follower import Follower
@@ -30,11 +31,29 @@ class McapRecorder:
         self._due_s, self._is_over = 0.0, False
 
     def look(self) -> None:
-        """Write what is new, at most once a second. Raises OSError where the disk is full."""
+        """Write what is new, at most once a second. Raises RunError where the file cannot be written any more."""
         now_s = time.monotonic()
         if now_s < self._due_s:
             return
         self._due_s = now_s + SAVE_EVERY_S
+        try:
+            self._follow()
+        except OSError as error:
+            self._close()
+            raise RunError(
+                f"--mcap {self._numbered()}: cannot be written any more: {error.strerror or error}; what was saved "
+                "last stays, and rtctl export mcap writes a new one"
+            ) from None
+
+    def close(self) -> None:
+        """Write what is new, and close the files."""
+        if self._run is not None and self._follower.description is not None:
+            with suppress(OSError):  # a disk that is full: what was saved last stays
+                self._run.look(self._follower.description)
+        self._close()
+        self._follower.close()
+
+    def _follow(self) -> None:
         begun, description = self._follower.look(), self._follower.description
         if description is None:
             return
@@ -49,13 +68,6 @@ class McapRecorder:
         if self._is_over and was_over:  # the second time: its summary is written a moment after its rows
             self._run.end(description)
             self._run = None
-
-    def close(self) -> None:
-        """Write what is new, and close the files."""
-        if self._run is not None and self._follower.description is not None:
-            self._run.look(self._follower.description)
-        self._close()
-        self._follower.close()
 
     def _close(self) -> None:
         if self._run is not None:

@@ -7,11 +7,13 @@ the end `signals.parquet`.
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
+from rtctl.border.errors import DriverError
 from rtctl.loop.events import Events, append_to
 from rtctl.loop.live_parameters import ParameterChannel
 from rtctl.output.readable_units import readable
@@ -30,9 +32,18 @@ class BenchAccount:
     def __init__(
         self, recorder: MappedRecorder, events: Events, channel: ParameterChannel, units: Mapping[str, str]
     ) -> None:
-        self.row = recorder.append
-        """Takes a row, in the order of the columns."""
-        self._events, self._channel, self._units = events, channel, units
+        self._recorder, self._events, self._channel, self._units = recorder, events, channel, units
+        self._has_room = True
+
+    def row(self, row: tuple[float, ...]) -> None:
+        """Take a row, in the order of the columns; where the disk is full, say so once and take no more."""
+        if not self._has_room:
+            return
+        try:
+            self._recorder.append(row)
+        except DriverError as error:
+            self._has_room = False
+            print(f"rtctl serve: {error}; the device goes on without its account", file=sys.stderr)
 
     def note(self, index: int, kind: str, name: str, value: float) -> None:
         """Note what was done: a "change" of an effect, or a "fault"."""
