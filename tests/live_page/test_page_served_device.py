@@ -7,6 +7,7 @@ import math
 import os
 import re
 import resource
+import shutil
 import signal
 import struct
 import subprocess
@@ -22,6 +23,7 @@ import pytest
 from page_cases import asked, viewer
 from pymodbus.client import ModbusTcpClient
 
+from rtctl.border.errors import InputError
 from rtctl.cli import main
 from rtctl.scenario.serving import LASTING, ServedFault, read_faults
 from rtctl.session.bench.account import Accounted, bench_account
@@ -191,17 +193,37 @@ def test_what_is_wrong_is_said_without_a_traceback(
     assert "Traceback" not in said
 
 
+OF = Accounted(
+    title="x", period_s=1e-4, columns=[("index", ""), ("current", "mA")], inputs=[], units={},
+    judge=lambda name, value: "", values=dict,
+)  # fmt: skip
+
+
+def test_an_account_takes_no_folder_that_is_in_use_and_moves_a_killed_one_aside(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    busy, killed = tmp_path / "busy", tmp_path / "killed"
+    killed.mkdir()
+    with bench_account(busy, OF) as account:
+        account.row((0.0, 5.0))
+        with pytest.raises(InputError, match="a run is recording here"), bench_account(busy, OF):
+            pass
+        shutil.copy(busy / "signals.rec", killed)
+    assert main(["recover", str(killed)]) == 2
+    assert "rtctl export mcap makes a file of it" in capsys.readouterr().err
+    with bench_account(killed, OF):
+        pass
+    assert "is now in" in capsys.readouterr().err
+    assert (killed / "interrupted-1" / "signals.rec").is_file()
+
+
 def test_an_account_that_finds_no_room_ends_and_is_whole(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    of = Accounted(
-        title="x", period_s=1e-4, columns=[("index", ""), ("current", "mA")], inputs=[], units={},
-        judge=lambda name, value: "", values=dict,
-    )  # fmt: skip
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, before[1]))
     try:
-        with bench_account(tmp_path, of) as account:
+        with bench_account(tmp_path, OF) as account:
             for k in range(20_000):
                 account.row((float(k), 5.0))
     finally:

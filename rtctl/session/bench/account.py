@@ -21,7 +21,7 @@ from rtctl.recording.mapped import Keeper, MappedRecorder
 from rtctl.recording.parquet import ROWS_OF_A_GROUP, write_parquet_parts
 from rtctl.recording.rows import Columns
 from rtctl.session.live.control_socket import PARAMETERS, listening
-from rtctl.session.run_folder import EVENTS, SIGNALS, refuse_running
+from rtctl.session.run_folder import EVENTS, SIGNALS, set_aside
 
 PARQUET = "signals.parquet"
 
@@ -83,11 +83,12 @@ class Accounted(NamedTuple):
 def bench_account(folder: Path, of: Accounted) -> Iterator[BenchAccount]:
     """Record into `folder` and take changes there inside the block; write the Parquet file at its end.
 
-    An earlier account in it is replaced. Raises InputError where something is being recorded there.
+    An earlier account in it is replaced, one of a server that was killed moved aside. Raises InputError where something
+    is being recorded there.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    if (folder / SIGNALS).is_file():
-        refuse_running(folder)
+    if (aside := set_aside(folder)) is not None:
+        print(f"rtctl serve: the account of a server that was killed is now in {aside}", file=sys.stderr)
     metadata = {
         "program": "rtctl", "title": of.title, "period_s": repr(of.period_s), "clock": "lockstep",
         "inputs": json.dumps(of.inputs), PARAMETERS: json.dumps(dict(of.units)),
