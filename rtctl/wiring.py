@@ -402,13 +402,16 @@ def serve_plant(name: str, seed: int | None, where: ServedAt) -> None:
     serve(build_device(name, Path(), seed), Wires(**where.wires()), where.journal)
 
 
-def build_bench(name: str, seed: int | None, faults: ServedFaults, *, has_journal: bool) -> Bench:
-    """Return a device on a test bench, with its faults. Raises InputError."""
+def build_bench(
+    name: str, seed: int | None, faults: ServedFaults, *, has_journal: bool, is_inspected: bool
+) -> Bench:
+    """Return a device on a test bench; `is_inspected`: what it really does is told. Raises InputError."""
     from drivers.served_line import ServedLine
     from plant_sim.bench.device import BenchDevice, JournalledBenchDevice
     from plant_sim.bench.under_way import Bench, PlannedFault
 
-    device = (JournalledBenchDevice if has_journal else BenchDevice)(build_device(name, Path(), seed))
+    make = JournalledBenchDevice if has_journal else BenchDevice
+    device = make(build_device(name, Path(), seed), is_inspected=is_inspected)
     found = faults.faults
     struck = [(one.kind, one.rate, one.duration_s, one.way) for one in found if one.rate is not None]
     planned = [PlannedFault(one.at_s, one.kind, one.duration_s) for one in found if one.at_s is not None]

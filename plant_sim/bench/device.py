@@ -14,7 +14,7 @@ from enum import StrEnum
 from math import nan
 
 from plant_sim.device import SimulatedDevice
-from plant_sim.inspection import inspection_of
+from plant_sim.inspection import Inspection, NoInspection, inspection_of
 from plant_sim.journal import JournalledDevice
 from plant_sim.plant import Plant
 from rtctl.border.records import DeviceStatus, Measurement
@@ -40,8 +40,11 @@ LASTING = (DeviceFault.FROZEN_VALUE, DeviceFault.SENSOR_FAULT, DeviceFault.FROZE
 class BenchDevice(SimulatedDevice):
     """A `SimulatedDevice` with faults and an account; times of faults are those of the device."""
 
-    def __init__(self, plant: Plant, clock: Callable[[], float] = time.monotonic) -> None:
-        self.inspection = inspection_of(plant)
+    def __init__(
+        self, plant: Plant, clock: Callable[[], float] = time.monotonic, *, is_inspected: bool = True
+    ) -> None:
+        """Make the device; without an inspection its plant computes as it does without a bench, to the bit."""
+        self.inspection: Inspection = inspection_of(plant) if is_inspected else NoInspection()
         super().__init__(plant, clock)
         self.account: Callable[[tuple[float, ...]], object] = lambda row: None
         """Takes the rows; see `columns`."""

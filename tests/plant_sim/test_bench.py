@@ -15,6 +15,7 @@ from recording_plant import ManualClock, RecordingPlant
 from drivers.served_line import ServedLine
 from plant_sim.bench.device import BenchDevice, DeviceFault
 from plant_sim.bench.under_way import Bench, PlannedFault
+from plant_sim.device import SimulatedDevice
 from plant_sim.wire.serve import Wires, served
 from rtctl.border.errors import Fault, InputError
 from rtctl.border.records import DeviceStatus, Measurement
@@ -103,6 +104,19 @@ def test_the_account_has_what_was_commanded_and_read_and_goes_on_through_a_resta
     assert [row[0] for row in rows] == [0.0, 100.0, 200.0, 300.0, 600.0], "one row for one time"
     assert [row[1] for row in rows] == [0.0, 2.0, 3.0, 4.0, 0.0]
     assert rows[2][2] == pytest.approx(1000.0 + 0.02, abs=1e-4), "2 mA for 10 ms"
+
+
+def test_a_bench_that_nobody_looks_into_is_the_plain_device_to_the_bit(make_device) -> None:
+    on_bench, plain = (
+        BenchDevice(make_device("vo2_a"), is_inspected=False),
+        SimulatedDevice(make_device("vo2_a")),
+    )
+    for one in (on_bench, plain):
+        one.set_clock(lockstep=True, period_us=PERIOD_US)
+        one.set_enable(True)
+    for k in range(50):
+        level = (5.0 + 2.0 * math.sin(k / 5.0),)
+        assert on_bench.exchange(level, k + 1) == plain.exchange(level, k + 1)
 
 
 def test_the_names_of_the_devices_faults_are_those_that_a_run_reports() -> None:

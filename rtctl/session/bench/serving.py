@@ -55,7 +55,9 @@ def serve_on_bench(
             assert folder is not None
             folder.mkdir(parents=True, exist_ok=True)
             page_process = stack.enter_context(page_of(folder, page))  # it starts while the device is made
-        bench = build_bench(device, seed, faults, has_journal=where.journal is not None)
+        bench = build_bench(
+            device, seed, faults, has_journal=where.journal is not None, is_inspected=folder is not None
+        )
         if page_process is not None:
             print(f"page {address_of(page_process)}", flush=True)
         if folder is not None:
