@@ -34,9 +34,11 @@ from rtctl.safety.plausibility import Plausibility
 from rtctl.scenario.drivers import InProcess, ModbusRtu, ModbusTcp, Serial, Wire
 from rtctl.scenario.own_parts import OwnController, OwnDriver, OwnEstimator
 from rtctl.scenario.schema import Scenario
+from rtctl.scenario.serving import ServedAt, ServedFaults
 from rtctl.timing.clock import SimulatedClock
 
 if TYPE_CHECKING:
+    from plant_sim.bench.under_way import Bench
     from plant_sim.plant import Plant
     from rtctl.plant_control.support import Control, PlantSupport
 
@@ -393,21 +395,35 @@ def build_forced(model: Any, units: Mapping[str, str], source: str) -> Forced:
     return made
 
 
-def serve_plant(
-    name: str,
-    seed: int | None,
-    *,
-    rtu_path: Path | None = None,
-    serial_path: Path | None = None,
-    tcp: str | None = None,
-    baud: int | None = None,
-    journal: Path | None = None,
-) -> None:
+def serve_plant(name: str, seed: int | None, where: ServedAt) -> None:
     """Serve a plant file or bundled plant until interrupted. Raises InputError."""
     from plant_sim.wire.serve import Wires, serve
 
-    wires = Wires(rtu_path=rtu_path, serial_path=serial_path, tcp=tcp, baud=baud)
-    serve(build_device(name, Path(), seed), wires, journal)
+    serve(build_device(name, Path(), seed), Wires(**where.wires()), where.journal)
+
+
+def build_bench(
+    name: str, seed: int | None, faults: ServedFaults, *, has_journal: bool, is_inspected: bool
+) -> Bench:
+    """Return a device on a test bench; `is_inspected`: what it really does is told. Raises InputError."""
+    from drivers.served_line import ServedLine
+    from plant_sim.bench.device import BenchDevice, JournalledBenchDevice
+    from plant_sim.bench.under_way import Bench, PlannedFault
+
+    make = JournalledBenchDevice if has_journal else BenchDevice
+    device = make(build_device(name, Path(), seed), is_inspected=is_inspected)
+    found = faults.faults
+    struck = [(one.kind, one.rate, one.duration_s, one.way) for one in found if one.rate is not None]
+    planned = [PlannedFault(one.at_s, one.kind, one.duration_s) for one in found if one.at_s is not None]
+    return Bench(device, ServedLine(struck, faults.seed), planned)
+
+
+def serve_bench(bench: Bench, where: ServedAt) -> None:
+    """Serve a device on a test bench until interrupted. Raises InputError."""
+    from plant_sim.wire.serve import Wires
+    from plant_sim.wire.serve import serve_bench as serve
+
+    serve(bench, Wires(**where.wires()), where.journal)
 
 
 def mechanism_ids(kind: str) -> tuple[str, ...]:

@@ -10,14 +10,15 @@ from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from plant_sim.bench.under_way import Bench
 from plant_sim.device import SimulatedDevice
 from plant_sim.journal import JournalledDevice
 from plant_sim.plant import Plant
+from plant_sim.wire.faulty_wire import FaultyWire
 from plant_sim.wire.modbus_server import UNIT, RtuDevice, serve_tcp
-from plant_sim.wire.pty_server import Answer, serve_pty
+from plant_sim.wire.pty_server import Answer, PortEnd
 from plant_sim.wire.register_file import RegisterFile
 from plant_sim.wire.serial_server import SerialDevice
-from plant_sim.wire.virtual_port import virtual_port
 from rtctl.border.errors import InputError
 
 
@@ -41,6 +42,10 @@ class Wires:
             )
         if self.baud is not None and not self.baud > 0:
             raise InputError(f"the baud rate must be > 0 bit/s, got {self.baud}")
+
+
+LOOK_EVERY_S = 0.02
+"""How often a device on a bench is asked what it does, and its changes are made, beside the host's requests [s]."""
 
 
 def serve(plant: Plant, wires: Wires, journal: Path | None = None) -> None:
@@ -68,28 +73,40 @@ def serve(plant: Plant, wires: Wires, journal: Path | None = None) -> None:
         device.write_journal(journal)
 
 
+def serve_bench(bench: Bench, wires: Wires, journal: Path | None = None) -> None:
+    """Serve a device on a bench as `serve` does; its device keeps a journal where one is asked for."""
+    try:
+        asyncio.run(_serve_until_signal(bench.device, wires, bench))
+    finally:
+        if journal is not None and isinstance(bench.device, JournalledDevice):
+            bench.device.write_journal(journal)
+
+
 @asynccontextmanager
-async def served(device: SimulatedDevice, wires: Wires) -> AsyncIterator[str]:
+async def served(device: SimulatedDevice, wires: Wires, bench: Bench | None = None) -> AsyncIterator[str]:
     """Serve while the block runs; yield what is served where, for the `ready` line. Raises InputError."""
     registers = RegisterFile(device)
     restart_on_signal(registers)
+    faults = None if bench is None else FaultyWire(bench.line, registers.power_cycle)
     ends: list[str] = []
     async with AsyncExitStack() as stack:
+        if bench is not None:
+            looking = asyncio.create_task(_look(bench))
+            stack.callback(looking.cancel)
 
-        async def on_a_port(path: Path, answer: Answer) -> None:
-            master = stack.enter_context(virtual_port(path))
-            await stack.enter_async_context(serve_pty(answer, master, wires.baud))
+        def on_a_port(path: Path, answer: Answer) -> None:
+            stack.callback(PortEnd(path, answer, wires.baud, faults).close)
 
         if wires.rtu_path is not None:
-            await on_a_port(wires.rtu_path, RtuDevice(registers).receive)
+            on_a_port(wires.rtu_path, RtuDevice(registers).receive)
             ends.append(f"modbus-rtu {wires.rtu_path}")
         if wires.serial_path is not None:
-            await on_a_port(wires.serial_path, SerialDevice(device).receive)
+            on_a_port(wires.serial_path, SerialDevice(device).receive)
             ends.append(f"serial {wires.serial_path}")
         if wires.tcp is not None:
             host, port = parse_address(wires.tcp)
             try:
-                port = await stack.enter_async_context(serve_tcp(registers, host, port))
+                port = await stack.enter_async_context(serve_tcp(registers, host, port, faults))
             except OSError as error:
                 raise InputError(f"{wires.tcp}: cannot serve there: {error.strerror or error}") from None
             ends.append(f"modbus-tcp {f'[{host}]' if ':' in host else host}:{port}")
@@ -110,7 +127,13 @@ def parse_address(address: str) -> tuple[str, int]:
     return host.removeprefix("[").removesuffix("]"), int(port)
 
 
-async def _serve_until_signal(device: SimulatedDevice, wires: Wires) -> None:
+async def _look(bench: Bench) -> None:
+    while True:
+        bench.look()
+        await asyncio.sleep(LOOK_EVERY_S)
+
+
+async def _serve_until_signal(device: SimulatedDevice, wires: Wires, bench: Bench | None = None) -> None:
     stop = asyncio.Event()
     loop = asyncio.get_running_loop()
     numbers = [signal.SIGINT, signal.SIGTERM]
@@ -118,7 +141,7 @@ async def _serve_until_signal(device: SimulatedDevice, wires: Wires) -> None:
         numbers.append(signal.SIGHUP)
     for number in numbers:
         loop.add_signal_handler(number, stop.set)
-    async with served(device, wires) as ends:
+    async with served(device, wires, bench) as ends:
         gc.freeze()  # a full collection would stop the device for tens of milliseconds
         print(f"ready {ends}", flush=True)
         await stop.wait()

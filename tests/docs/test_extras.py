@@ -16,7 +16,7 @@ from rtctl.measured.readers import NEEDS, open_table
 ROOT = Path(__file__).resolve().parents[2]
 IMPORT_ALL = """
 import importlib, pkgutil, sys
-for name in ("matplotlib", "PIL", "h5py", "asammdf", "nptdms", "pyuff", "distributed", "control"):
+for name in ("matplotlib", "PIL", "h5py", "asammdf", "nptdms", "pyuff", "distributed", "control", "mcap", "caproto"):
     sys.modules[name] = None
 failed = []
 def walk(name):
@@ -35,6 +35,7 @@ print(*failed)
 WITHOUT = {
     "rtctl.campaign.figures",
     "rtctl.diagnosis.report.pictures",
+    "rtctl.live_page.streams.channels",
     "rtctl.measured.readers.tdms",
     "rtctl.measured.readers.storage",
     "rtctl.measured.readers.uff58",
