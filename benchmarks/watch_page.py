@@ -5,7 +5,8 @@
 
 `page` needs selenium, chromium and chromium-driver. `lateness` takes rounds of the loop by turns without and with a
 server and three viewers that take every row; with `--browsers` the viewers are windows of Chromium on this machine,
-whose drawing takes processor time that a viewer elsewhere does not.
+whose drawing takes processor time that a viewer elsewhere does not; with `--streams` the server has no viewers, and
+feeds an MCAP file, EPICS process variables and PlotJuggler.
 """
 
 from __future__ import annotations
@@ -52,12 +53,16 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--seconds", type=float, help="of the page (600), of each round (10)")
     parser.add_argument("--priority", type=int, default=80, help="SCHED_FIFO of the loop; 0: none")
-    parser.add_argument("--browsers", action="store_true")
+    viewers = parser.add_mutually_exclusive_group()
+    viewers.add_argument(
+        "--browsers", dest="viewers", action="store_const", const="browsers", default="readers"
+    )
+    viewers.add_argument("--streams", dest="viewers", action="store_const", const="streams")
     arguments = parser.parse_args()
     if arguments.part == "page":
         page(arguments.seconds or 600.0)
     else:
-        lateness(arguments.rounds, arguments.seconds or 10.0, arguments.priority, arguments.browsers)
+        lateness(arguments.rounds, arguments.seconds or 10.0, arguments.priority, arguments.viewers)
 
 
 def page(seconds: float) -> None:
@@ -90,23 +95,23 @@ def page(seconds: float) -> None:
         )
 
 
-def lateness(rounds: int, seconds: float, priority: int, browsers: bool) -> None:
+def lateness(rounds: int, seconds: float, priority: int, viewers: str) -> None:
     """Ratio of the loop's lateness with viewers to that without, rounds by turns."""
     figures: dict[bool, list[float]] = {False: [], True: []}
     missed = {False: 0, True: 0}
     for _ in range(rounds):
         for watched in (False, True):
-            p99_us, overruns = loop_round(seconds, priority, watched, browsers)
+            p99_us, overruns = loop_round(seconds, priority, viewers if watched else "")
             figures[watched].append(p99_us)
             missed[watched] += overruns
     ratios = [with_them / without for without, with_them in zip(figures[False], figures[True], strict=True)]
-    for watched, name in ((False, "without viewers"), (True, f"with {VIEWERS} viewers")):
+    for watched, name in ((False, "alone"), (True, f"with {viewers}")):
         print(f"{name}: p99 {statistics.median(figures[watched]):.1f} us (median), missed {missed[watched]}")
     print(f"ratio of p99, median of {rounds} pairs of rounds: {statistics.median(ratios):.2f} ", end="")
     print(f"({', '.join(f'{one:.2f}' for one in sorted(ratios))})")
 
 
-def loop_round(seconds: float, priority: int, watched: bool, browsers: bool) -> tuple[float, int]:
+def loop_round(seconds: float, priority: int, viewers: str) -> tuple[float, int]:
     """One round of the loop at 1 kHz in this process; p99 of its lateness [us], missed periods."""
     clock: dict[str, Any] = {"watchdog": "5 s", "timeout": "2 s", "spin": "0 s"}  # raw wake-ups
     if priority:
@@ -115,11 +120,13 @@ def loop_round(seconds: float, priority: int, watched: bool, browsers: bool) -> 
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="rtctl-")))
         (folder / "run").mkdir()
-        if watched:
-            _, address = stack.enter_context(served(folder / "run"))
-            for number in range(VIEWERS):
+        if viewers:
+            fed = ["--mcap", str(folder / "run.mcap"), "--epics", "BENCH:", "--plotjuggler", "localhost:9870"]
+            _, address = stack.enter_context(served(folder / "run", *(fed if viewers == "streams" else ())))
+            for number in range(0 if viewers == "streams" else VIEWERS):
+                browses = viewers == "browsers"
                 stack.enter_context(
-                    window(address, folder / f"profile-{number}") if browsers else reader(address)
+                    window(address, folder / f"profile-{number}") if browses else reader(address)
                 )
             time.sleep(2.0)
         driver = build_driver(scenario, Path())
@@ -157,9 +164,9 @@ def written(folder: Path) -> Iterator[None]:
 
 
 @contextmanager
-def served(folder: Path) -> Iterator[tuple[subprocess.Popen[str], str]]:
+def served(folder: Path, *options: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
     """Serve the page as a user does; yield the process and the address."""
-    command = [sys.executable, "-m", "rtctl", "watch", str(folder), "--port", "0", "--quiet"]
+    command = [sys.executable, "-m", "rtctl", "watch", str(folder), "--port", "0", "--quiet", *options]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         try:

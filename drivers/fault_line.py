@@ -7,8 +7,9 @@ disturbance strikes. Order is kept, save by `reorder`: a line cannot be overtake
 from __future__ import annotations
 
 import random
+from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import NamedTuple
 
@@ -90,12 +91,18 @@ class FaultyLine:
         self._disturbances = tuple(disturbances)
         self._random = random.Random(seed)
         self._free_s = dict.fromkeys(Way, 0.0)  # when the last burst of a direction has come out
+        self._asked: deque[Disturbance] = deque()
         self.injected: list[Injected] = []
+
+    def ask(self, disturbance: Disturbance) -> None:
+        """Let a disturbance strike the next burst, once; `rate` is not looked at. From any thread."""
+        self._asked.append(replace(disturbance, rate=1.0))
 
     def passes(self, way: Way, data: bytes, now_s: float) -> Passed:
         """Pass a burst that goes in at `now_s` [s]."""
         due_s, copies, overtaken, struck = now_s, 1, False, []
-        for disturbance in self._disturbances:
+        asked = [self._asked.popleft() for _ in range(len(self._asked))]
+        for disturbance in (*asked, *self._disturbances):
             kind, duration_s = disturbance.kind, disturbance.duration_s
             if disturbance.way not in (None, way) or self._random.random() >= disturbance.rate:
                 continue

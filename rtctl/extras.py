@@ -28,6 +28,8 @@ EXTRAS = {
     "asammdf": Extra("asammdf", "mdf"),
     "matplotlib": Extra("matplotlib", "plots"),
     "distributed": Extra("distributed", "cluster"),
+    "mcap": Extra("mcap", "mcap"),
+    "caproto": Extra("caproto", "epics"),
     "pyvisa": Extra("pyvisa", "visa"),
     "qcodes": Extra("qcodes", "qcodes"),
     "pymeasure": Extra("pymeasure", "pymeasure"),

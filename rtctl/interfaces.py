@@ -37,6 +37,11 @@ class Estimate(NamedTuple):
     status: int
     """`EstimateStatus` bits."""
 
+    @property
+    def settled(self) -> float:
+        """What a controller answers: `value`, without a swing that the loop cannot damp."""
+        return self.value
+
 
 class Estimator(Protocol):
     """Sensed values to the controlled output. Holds its own memory; `start` forgets it."""

@@ -36,10 +36,12 @@ from rtctl.scenario.drivers import InProcess, ModbusRtu, ModbusTcp, Serial
 from rtctl.scenario.instruments import Scpi
 from rtctl.scenario.own_parts import OwnController, OwnDriver, OwnEstimator
 from rtctl.scenario.schema import Scenario
+from rtctl.scenario.serving import ServedAt, ServedFaults
 from rtctl.scenario.wires import Wire
 from rtctl.timing.clock import SimulatedClock
 
 if TYPE_CHECKING:
+    from plant_sim.bench.under_way import Bench
     from plant_sim.plant import Plant
     from rtctl.plant_control.support import Control, PlantSupport
 
@@ -396,14 +398,35 @@ def build_forced(model: Any, units: Mapping[str, str], source: str) -> Forced:
     return made
 
 
-def serve_plant(name: str, seed: int | None, wires: Mapping[str, Any], journal: Path | None = None) -> None:
-    """Serve a plant file or bundled plant until interrupted; `wires`: fields of `plant_sim.wire.serve.Wires`.
-
-    Raises InputError.
-    """
+def serve_plant(name: str, seed: int | None, where: ServedAt) -> None:
+    """Serve a plant file or bundled plant until interrupted. Raises InputError."""
     from plant_sim.wire.serve import Wires, serve
 
-    serve(build_device(name, Path(), seed), Wires(**wires), journal)
+    serve(build_device(name, Path(), seed), Wires(**where.wires()), where.journal)
+
+
+def build_bench(
+    name: str, seed: int | None, faults: ServedFaults, *, has_journal: bool, is_inspected: bool
+) -> Bench:
+    """Return a device on a test bench; `is_inspected`: what it really does is told. Raises InputError."""
+    from drivers.served_line import ServedLine
+    from plant_sim.bench.device import BenchDevice, JournalledBenchDevice
+    from plant_sim.bench.under_way import Bench, PlannedFault
+
+    make = JournalledBenchDevice if has_journal else BenchDevice
+    device = make(build_device(name, Path(), seed), is_inspected=is_inspected)
+    found = faults.faults
+    struck = [(one.kind, one.rate, one.duration_s, one.way) for one in found if one.rate is not None]
+    planned = [PlannedFault(one.at_s, one.kind, one.duration_s) for one in found if one.at_s is not None]
+    return Bench(device, ServedLine(struck, faults.seed), planned)
+
+
+def serve_bench(bench: Bench, where: ServedAt) -> None:
+    """Serve a device on a test bench until interrupted. Raises InputError."""
+    from plant_sim.wire.serve import Wires
+    from plant_sim.wire.serve import serve_bench as serve
+
+    serve(bench, Wires(**where.wires()), where.journal)
 
 
 def mechanism_ids(kind: str) -> tuple[str, ...]:

@@ -14,7 +14,14 @@ from pathlib import Path
 
 import numpy as np
 
-OPTIONAL = ("h5py", "nptdms", "pyuff", "distributed")  # matplotlib comes with python-control
+OPTIONAL = (
+    "h5py",
+    "nptdms",
+    "pyuff",
+    "distributed",
+    "mcap",
+    "caproto",
+)  # matplotlib comes with python-control
 MANIFEST = """
 [dataset]
 name = "minimal"

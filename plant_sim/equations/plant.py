@@ -16,6 +16,7 @@ from plant_sim.equations.compiled.kernels import march
 from plant_sim.equations.compiled.passing import sides_at
 from plant_sim.equations.device_profile import model_file_of, profile_of
 from plant_sim.equations.device_table import DeviceTable, InputLimits, Instrument, read_device_table
+from plant_sim.equations.inspection import EquationsInspection
 from plant_sim.equations.integration.steps import Places, Plan, outputs_at, places_of, plan, slopes
 from plant_sim.equations.reading import read_equations, system_of
 from plant_sim.equations.simulation import ABSURD
@@ -60,6 +61,17 @@ class EquationsPlant:
         self._seed = device.seed if seed is None else seed
         self._p = np.array([[one.value * one.factor] for one in self._system.parameters]).reshape(-1, 1)
         self.reset()
+
+    def inspection(self) -> EquationsInspection:
+        """Return a look into the device: its states and outputs, and its parameters, which can be set."""
+        return EquationsInspection(self._system, self._p, self.truth)
+
+    def truth(self) -> tuple[float, ...]:
+        """Return outputs and states now, each in its unit; NaN once the motion diverged."""
+        states = self._x[:, 0] / [one.factor for one in self._system.states]
+        if self.diverged:
+            return (math.nan,) * (len(self._system.outputs) + len(states))
+        return (*self._outputs().tolist(), *states.tolist())
 
     def reset(self) -> None:
         """Reset to power-up: at the model's initial state, clocks and noise from the start."""

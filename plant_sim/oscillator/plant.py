@@ -16,6 +16,7 @@ import numpy as np
 
 from plant_sim.oscillator.device_table import DeviceTable, read_device_table
 from plant_sim.oscillator.equation.terms import CUBIC, DRIFT, QUADRATIC, QUINTIC, STIFFNESS
+from plant_sim.oscillator.inspection import OscillatorInspection
 from plant_sim.oscillator.mechanism import Driven, OscillatorMechanism, Values
 from plant_sim.oscillator.model import oscillator_simulation
 from plant_sim.oscillator.motion import Equation
@@ -55,12 +56,31 @@ class OscillatorPlant:
         self.safe: tuple[float, ...] = (device.drive.safe,)
         self._sensor = device.displacement
         self._seed = device.seed if seed is None else seed
+        self._simulation, self._device = simulation, device
+        self._adopt(simulation)
+        self.reset()
+
+    def inspection(self) -> OscillatorInspection:
+        """Return a look into the device."""
+
+        def rehearse(simulation: OscillatorSimulation) -> None:
+            OscillatorPlant(simulation, self._device, 0).step(self.safe, 1e-3)
+
+        return OscillatorInspection(self, self._simulation, rehearse)
+
+    def put_in_force(self, simulation: OscillatorSimulation) -> None:
+        """Go on as another equation from where it is; memories of mechanisms begin anew."""
+        self._adopt(simulation)
+        self._own = self._equation.own_start(self._z, self._v)
+        self._path = SignalPath(self._acting)
+
+    def _adopt(self, simulation: OscillatorSimulation) -> None:
         self._acting = acting(simulation)
         values = np.array([[parameter.value for parameter in simulation.parameters]])
         self._equation = Equation.of(simulation.parameters, [one for one, _ in self._acting], values)
         self._stiffness = float(self._equation.rows[STIFFNESS, 0])
-        self._steps_per_s = self._resolve(max(abs(device.drive.low), abs(device.drive.high)))
-        self.reset()
+        drive = self._device.drive
+        self._steps_per_s = self._resolve(max(abs(drive.low), abs(drive.high)))
 
     def _resolve(self, largest_drive: float) -> float:
         """Return the steps per second that the fastest pole needs, at the sensor's range or the model's bound."""

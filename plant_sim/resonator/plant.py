@@ -13,6 +13,7 @@ import numpy as np
 
 from plant_sim.kernels import direct
 from plant_sim.resonator.device_file import LockIn, MeDeviceFile
+from plant_sim.resonator.inspection import MeInspection
 from plant_sim.resonator.kernel import PARAMETERS, STATE, Array, demodulated, half_grid, hold
 from plant_sim.sensing import NoiseSource
 from rtctl.border.records import ME
@@ -59,6 +60,10 @@ class MeResonator:
         self._decayed_s = DECAYED * 2.0 * device.beam.quality / (2.0 * math.pi * device.beam.frequency)
         self._waves = half_grid()
         self.reset()
+
+    def inspection(self) -> MeInspection:
+        """Return a look into the device."""
+        return MeInspection(lambda: (self.displacement_um, self.coil_current_mA))
 
     def reset(self) -> None:
         """Reset to power-up: at rest, noise from the start."""

@@ -7,7 +7,7 @@
     tau_r Y' = R (1 + ageing t) + leak y - Y                                 Y is the resistance that is read
 
 y, the current that acts, is the command `delay` earlier, behind a backlash of half width `backlash`, times
-1 + gain_drift t. t counts from power-up.
+1 + gain_drift t. t counts from power-up, or from when a drift was switched on.
 """
 
 from __future__ import annotations
@@ -20,6 +20,8 @@ from plant_sim.bounds import FINITE, NOT_NEGATIVE, POSITIVE
 from rtctl.border.quantities import Checked, Quantity
 
 LONGEST_DELAY_S = 1.0
+DRIFTS = ("warming", "gain_drift", "ageing")
+"""Effects that grow with the time since they began."""
 SUBSTEPS = 20.0
 """Steps in the shortest time constant at work; 2 in a radian of a swing."""
 

@@ -29,6 +29,9 @@ OWN = np.dtype(
         ("step", np.float64),  # longest part of a hold [s]
         ("cold", np.float64),  # resistance at power-up [ohm]
         ("time", np.float64),  # since power-up [s]
+        ("warming_from", np.float64),  # time at which a drift has begun [s]
+        ("gain_drift_from", np.float64),
+        ("ageing_from", np.float64),
         ("first", np.float64),  # th_1, th_2 [K]
         ("second", np.float64),
         ("seen", np.float64),  # T_d [degC]
@@ -75,7 +78,7 @@ def part_of_hold(p: Record, own: Record, queue: Floats, left_s: float) -> float:
 def heating_power(p: Record, s: Record, own: Record, rise: float) -> float:
     """Return the heating power P [K] with the film `rise` [K] above power-up's ambient."""
     e = p.effects
-    current = own.acting * (1.0 + e.gain_drift * own.time)
+    current = own.acting * (1.0 + e.gain_drift * (own.time - own.gain_drift_from))
     grown = 1.0 + e.tcr * rise + e.phase_heating * s.electrical
     power = p.heating.gain * current * current * grown - e.loss * rise * rise
     if e.sensing != 0.0:
@@ -98,7 +101,7 @@ def warm(p: Record, s: Record, own: Record, h: float) -> None:
     own.second = power + (own.second - power) * half_second * half_second
     own.time += h
     before = s.temperature
-    s.temperature = p.heating.ambient + e.warming * own.time
+    s.temperature = p.heating.ambient + e.warming * (own.time - own.warming_from)
     s.temperature += (1.0 - share) * own.first + share * own.second
     if e.domain_lag == 0.0:
         own.seen = s.temperature
@@ -124,7 +127,8 @@ def respond(p: Record, s: Record, own: Record, h: float) -> None:
     if h > 0.0 and e.swing_share != 0.0:
         swing(own, bent, h, 2.0 * math.pi * e.swing_frequency, e.swing_damping)
     own.bent = bent
-    film = resistance_at(p.resistance, s.temperature, s.electrical) * (1.0 + e.ageing * own.time)
+    film = resistance_at(p.resistance, s.temperature, s.electrical)
+    film *= 1.0 + e.ageing * (own.time - own.ageing_from)
     film += e.leak * own.acting
     own.reading = film if e.sensor_lag == 0.0 else trailing(own.reading, own.film, film, h / e.sensor_lag)
     own.film = film

@@ -22,6 +22,7 @@ from plant_sim.sensing import (
 )
 from plant_sim.vo2.device_file import DeviceFile
 from plant_sim.vo2.domains import Domains, draw
+from plant_sim.vo2.effects import DRIFTS, Effects
 from plant_sim.vo2.effects_kernel import (
     QUEUE,
     at_rest,
@@ -39,6 +40,7 @@ from plant_sim.vo2.holds import (
     step_limiting_loop,
     true_outputs,
 )
+from plant_sim.vo2.inspection import Vo2Inspection
 from plant_sim.vo2.limiting_loop import cold_memory
 from plant_sim.vo2.relays import banks
 from rtctl.border.records import VO2
@@ -71,14 +73,37 @@ class Vo2Plant:
         hysteresis = device.hysteresis
         self._thresholds = draw(hysteresis) if isinstance(hysteresis, Domains) else None
         limiting = self._thresholds is None
+        self.effects = device.effects
+        """The effects in force."""
         self._with_effects = device.effects.any
         self._hold: Callable[..., None] = hold_limiting_loop if limiting else hold_domains
         if self._with_effects:
-            self._hold = hold_limiting_loop_with_effects if limiting else hold_domains_with_effects
+            self._hold = self._hold_with_effects()
         self._step_kernel: Callable[..., tuple[float, float]] = (
             step_limiting_loop if limiting else step_domains
         )
         self.reset()
+
+    def inspection(self) -> Vo2Inspection:
+        """Power up anew, with the kernels whose effects can be switched; return a look into the device."""
+        self._with_effects, self._hold = True, self._hold_with_effects()
+        self.reset()
+        return Vo2Inspection(self)
+
+    def set_effects(self, effects: Effects) -> None:
+        """Put other effects in force, after `inspection`; the state stays, and what drifts begins to drift."""
+        own, now = self._own[0], self._parameters["effects"][0]
+        for name, value in effects:
+            if name in DRIFTS and now[name] == 0.0 and value != 0.0:
+                own[f"{name}_from"] = own["time"]
+            now[name] = value
+        if effects.swing_share != 0.0 and self.effects.swing_share == 0.0:
+            own["swing"], own["speed"] = own["bent"], 0.0  # at rest where it is
+        own["step"] = effects.longest_step_s(self._device.heating.time_constant)
+        self.effects = effects
+
+    def _hold_with_effects(self) -> Callable[..., None]:
+        return hold_limiting_loop_with_effects if self._thresholds is None else hold_domains_with_effects
 
     def reset(self) -> None:
         """Reset to power-up: full cooling, clocks and noise from the start."""
@@ -87,7 +112,7 @@ class Vo2Plant:
         self._memory = self._cold_memory()
         if self._with_effects:
             ambient, heating = self._device.heating.ambient, self._device.heating
-            step_s = self._device.effects.longest_step_s(heating.time_constant)
+            step_s = self.effects.longest_step_s(heating.time_constant)
             resistance, deflection = true_outputs(self._parameters, self._state)
             self._own = at_rest(step_s, ambient, resistance, deflection)
             self._memory = (self._own, np.zeros((2, QUEUE)), *self._memory)
@@ -156,6 +181,15 @@ class Vo2Plant:
     def structural_fraction(self) -> float:
         """The part of the film that has the high-temperature structure."""
         return float(self._state["structural"][0])
+
+    def truth(self) -> tuple[float, ...]:
+        """Return what the device does, in the order of `plant_sim.vo2.inspection.TRUTHS`."""
+        resistance, deflection = self._outputs()
+        acting_mA = float(self._own["acting"][0]) if self._with_effects else math.nan
+        return (
+            deflection, resistance, self.temperature_degC, acting_mA,
+            self.electrical_fraction, self.structural_fraction,
+        )  # fmt: skip
 
     @property
     def resistance_ohm(self) -> float:

@@ -18,6 +18,7 @@ from contextlib import asynccontextmanager
 from pymodbus.framer import FramerRTU
 from pymodbus.pdu import DecodePDU
 
+from plant_sim.wire.faulty_wire import FaultyWire
 from plant_sim.wire.modbus_pdu import answer
 from plant_sim.wire.register_file import RegisterFile
 
@@ -57,9 +58,12 @@ class RtuDevice:
 class TcpConnection(asyncio.Protocol):
     """A client of the TCP server; requests may be pipelined."""
 
-    def __init__(self, registers: RegisterFile, connections: set[TcpConnection]) -> None:
+    def __init__(
+        self, registers: RegisterFile, connections: set[TcpConnection], faults: FaultyWire | None = None
+    ) -> None:
         self._registers = registers
         self._connections = connections
+        self._faults = faults
         self._buffer = b""
         self.transport: asyncio.Transport | None = None
 
@@ -75,34 +79,76 @@ class TcpConnection(asyncio.Protocol):
 
     def data_received(self, data: bytes) -> None:
         """Answer every whole request; a header that is not Modbus ends the connection."""
+        if self._faults is None:
+            self._send(self._answers(data))
+        else:
+            self._faults.to_device(data, self._answer_late)
+
+    def _answer_late(self, data: bytes) -> None:
+        assert self._faults is not None
+        self._faults.to_host(self._answers(data), self._send)
+
+    def _send(self, replies: bytes) -> None:
         assert self.transport is not None
-        buffer = self._buffer + data
+        if replies:
+            self.transport.write(replies)
+
+    def _answers(self, data: bytes) -> bytes:
+        """Return the replies to the requests that `data` completes."""
+        assert self.transport is not None
+        buffer, replies = self._buffer + data, []
         while len(buffer) >= _MBAP.size:
             transaction, protocol, length, unit = _MBAP.unpack_from(buffer)
             if protocol != 0 or not 2 <= length <= _MAX_TCP_PDU + 1:
                 self.transport.close()
-                return
+                break
             end = length + 6
             if len(buffer) < end:
                 break
             if unit == UNIT:
                 reply = answer(self._registers, buffer[_MBAP.size : end])
-                self.transport.write(_MBAP.pack(transaction, 0, len(reply) + 1, unit) + reply)
+                replies.append(_MBAP.pack(transaction, 0, len(reply) + 1, unit) + reply)
             buffer = buffer[end:]
         self._buffer = buffer
+        return b"".join(replies)
+
+
+class Refused(asyncio.Protocol):
+    """A connection that is broken at once."""
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """See `asyncio.Protocol`."""
+        assert isinstance(transport, asyncio.Transport)
+        transport.abort()
 
 
 @asynccontextmanager
-async def serve_tcp(registers: RegisterFile, host: str, port: int) -> AsyncIterator[int]:
+async def serve_tcp(
+    registers: RegisterFile, host: str, port: int, faults: FaultyWire | None = None
+) -> AsyncIterator[int]:
     """Answer on `host:port` while the block runs; yields the port (0 asks for a free one). Raises OSError."""
     connections: set[TcpConnection] = set()
     loop = asyncio.get_running_loop()
-    server = await loop.create_server(lambda: TcpConnection(registers, connections), host, port)
+    refused_until_s = 0.0
+
+    def connected() -> asyncio.Protocol:
+        if loop.time() < refused_until_s:
+            return Refused()
+        return TcpConnection(registers, connections, faults)
+
+    def hang_up(duration_s: float) -> None:
+        nonlocal refused_until_s
+        refused_until_s = loop.time() + duration_s
+        for connection in list(connections):
+            if connection.transport is not None:
+                connection.transport.abort()
+
+    if faults is not None:
+        faults.hang_up.append(hang_up)
+    server = await loop.create_server(connected, host, port)
     try:
         yield server.sockets[0].getsockname()[1]
     finally:
         server.close()
-        for connection in list(connections):
-            if connection.transport is not None:
-                connection.transport.abort()
+        hang_up(0.0)
         await server.wait_closed()

@@ -11,17 +11,18 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+from plant_sim.bench.under_way import Bench
 from plant_sim.device import SimulatedDevice
 from plant_sim.journal import JournalledDevice
 from plant_sim.plant import Plant
+from plant_sim.wire.faulty_wire import FaultyWire
 from plant_sim.wire.modbus_server import UNIT, RtuDevice, serve_tcp
-from plant_sim.wire.pty_server import Answer, serve_pty
+from plant_sim.wire.pty_server import Answer, PortEnd, serve_pty
 from plant_sim.wire.register_file import RegisterFile
 from plant_sim.wire.scpi.models import INSTRUMENTS
 from plant_sim.wire.scpi.server import Answering, serve_lines_pty, serve_lines_tcp
 from plant_sim.wire.scpi.voltmeter import voltmeter
 from plant_sim.wire.serial_server import SerialDevice
-from plant_sim.wire.virtual_port import virtual_port
 from rtctl.border.errors import InputError, nearest
 
 
@@ -58,6 +59,10 @@ class Wires:
             raise InputError(f"the baud rate must be > 0 bit/s, got {self.baud}")
 
 
+LOOK_EVERY_S = 0.02
+"""How often a device on a bench is asked what it does, and its changes are made, beside the host's requests [s]."""
+
+
 def serve(plant: Plant, wires: Wires, journal: Path | None = None) -> None:
     """Serve `plant` until SIGINT, SIGTERM or SIGHUP; print one line `ready ...` once clients may connect.
 
@@ -83,23 +88,36 @@ def serve(plant: Plant, wires: Wires, journal: Path | None = None) -> None:
         device.write_journal(journal)
 
 
+def serve_bench(bench: Bench, wires: Wires, journal: Path | None = None) -> None:
+    """Serve a device on a bench as `serve` does; its device keeps a journal where one is asked for."""
+    try:
+        asyncio.run(_serve_until_signal(bench.device, wires, bench))
+    finally:
+        if journal is not None and isinstance(bench.device, JournalledDevice):
+            bench.device.write_journal(journal)
+
+
 @asynccontextmanager
-async def served(device: SimulatedDevice, wires: Wires) -> AsyncIterator[str]:
+async def served(device: SimulatedDevice, wires: Wires, bench: Bench | None = None) -> AsyncIterator[str]:
     """Serve while the block runs; yield what is served where, for the `ready` line. Raises InputError."""
     registers = RegisterFile(device)
     restart_on_signal(registers)
+    faults = None if bench is None else FaultyWire(bench.line, registers.power_cycle)
     ends: list[str] = []
     async with AsyncExitStack() as stack:
+        if bench is not None:
+            looking = asyncio.create_task(_look(bench))
+            stack.callback(looking.cancel)
 
-        async def on_a_port(path: Path, answer: Answer) -> None:
-            master = stack.enter_context(virtual_port(path))
-            await stack.enter_async_context(serve_pty(answer, master, wires.baud))
+        def on_a_port(path: Path, answer: Answer) -> None:
+            end = PortEnd(path, lambda master: serve_pty(answer, master, wires.baud, faults), faults)
+            stack.callback(end.close)
 
         if wires.rtu_path is not None:
-            await on_a_port(wires.rtu_path, RtuDevice(registers).receive)
+            on_a_port(wires.rtu_path, RtuDevice(registers).receive)
             ends.append(f"modbus-rtu {wires.rtu_path}")
         if wires.serial_path is not None:
-            await on_a_port(wires.serial_path, SerialDevice(device).receive)
+            on_a_port(wires.serial_path, SerialDevice(device).receive)
             ends.append(f"serial {wires.serial_path}")
 
         async def on_a_socket(
@@ -112,19 +130,24 @@ async def served(device: SimulatedDevice, wires: Wires) -> AsyncIterator[str]:
                 raise InputError(f"{address}: cannot serve there: {error.strerror or error}") from None
             return f"{f'[{host}]' if ':' in host else host}:{port}"
 
-        async def instrument_at(where: str, instrument: Answering) -> str:
+        async def instrument_at(where: str, instrument: Answering, line: FaultyWire | None) -> str:
             if is_address(where):
-                return await on_a_socket(where, partial(serve_lines_tcp, instrument))
-            master = stack.enter_context(virtual_port(Path(where)))
-            await stack.enter_async_context(serve_lines_pty(instrument, master, wires.baud))
+                return await on_a_socket(where, partial(serve_lines_tcp, instrument, faults=line))
+            end = PortEnd(
+                Path(where), lambda master: serve_lines_pty(instrument, master, wires.baud, line), line
+            )
+            stack.callback(end.close)
             return where
 
         if wires.tcp is not None:
-            ends.append(f"modbus-tcp {await on_a_socket(wires.tcp, partial(serve_tcp, registers))}")
+            server = partial(serve_tcp, registers, faults=faults)
+            ends.append(f"modbus-tcp {await on_a_socket(wires.tcp, server)}")
         if wires.scpi is not None:
-            ends.append(f"scpi {await instrument_at(wires.scpi, INSTRUMENTS[wires.instrument](device))}")
+            ends.append(
+                f"scpi {await instrument_at(wires.scpi, INSTRUMENTS[wires.instrument](device), faults)}"
+            )
         if wires.voltmeter is not None:
-            ends.append(f"voltmeter {await instrument_at(wires.voltmeter, voltmeter(device))}")
+            ends.append(f"voltmeter {await instrument_at(wires.voltmeter, voltmeter(device), None)}")
         yield f"{' '.join(ends)} unit {UNIT} identity {device.identity}"
 
 
@@ -147,7 +170,13 @@ def is_address(where: str) -> bool:
     return "/" not in where and where.rpartition(":")[2].isdecimal() and ":" in where
 
 
-async def _serve_until_signal(device: SimulatedDevice, wires: Wires) -> None:
+async def _look(bench: Bench) -> None:
+    while True:
+        bench.look()
+        await asyncio.sleep(LOOK_EVERY_S)
+
+
+async def _serve_until_signal(device: SimulatedDevice, wires: Wires, bench: Bench | None = None) -> None:
     stop = asyncio.Event()
     loop = asyncio.get_running_loop()
     numbers = [signal.SIGINT, signal.SIGTERM]
@@ -155,7 +184,7 @@ async def _serve_until_signal(device: SimulatedDevice, wires: Wires) -> None:
         numbers.append(signal.SIGHUP)
     for number in numbers:
         loop.add_signal_handler(number, stop.set)
-    async with served(device, wires) as ends:
+    async with served(device, wires, bench) as ends:
         gc.freeze()  # a full collection would stop the device for tens of milliseconds
         print(f"ready {ends}", flush=True)
         await stop.wait()

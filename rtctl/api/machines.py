@@ -44,7 +44,7 @@ def serve_device(
         yield {"kind": "modbus-rtu", "port": port}
 
 
-# 10 parameters because each is one option of `rtctl serve`
+# 13 parameters because each is an option of `rtctl serve`
 def serve(  # noqa: PLR0913
     device: PathText,
     *,
@@ -57,6 +57,9 @@ def serve(  # noqa: PLR0913
     voltmeter: str | None = None,
     baud: int | None = None,
     journal: PathText | None = None,
+    faults: str = "",
+    record: PathText | None = None,
+    page: int | bool = False,
 ) -> None:
     """Serve a simulated device on a wire until Ctrl-C or SIGTERM; it blocks.
 
@@ -71,18 +74,37 @@ def serve(  # noqa: PLR0913
         voltmeter: The same places, for a voltmeter that reads the external instrument at 0.1 V a unit.
         baud: The bytes of a pseudo-terminal take the time of such a line [1/s]; None: no time.
         journal: CSV file of what the device did, written at its end.
+        faults: What goes wrong on purpose: a TOML file, or a text such as "drop rate=0.01; sensor_fault at=5s
+            duration=200ms"; "": nothing.
+        record: Folder into which what the device really does is recorded, like a run.
+        page: Port of a live page of the device, 0 a free one; True: the usual one; False: there is none.
 
     Raises:
         InputError: There is no such device, or the wire cannot be opened.
     """
+    from rtctl.scenario.serving import ServedAt, ServedFaults, read_faults
     from rtctl.wiring import serve_plant
 
-    paths = {"rtu_path": rtu_path, "serial_path": serial_path}
-    wires = {name: None if path is None else path_of(name, path) for name, path in paths.items()}
-    others = {"tcp": tcp, "scpi": scpi, "instrument": instrument, "voltmeter": voltmeter, "baud": baud}
-    serve_plant(
-        str(path_of("device", device)), seed, {**wires, **others},
-        None if journal is None else path_of("journal", journal),
+    paths = {"rtu_path": rtu_path, "serial_path": serial_path, "journal": journal}
+    where = ServedAt(
+        tcp=tcp,
+        scpi=scpi,
+        instrument=instrument,
+        voltmeter=voltmeter,
+        baud=baud,
+        **{name: None if path is None else path_of(name, path) for name, path in paths.items()},
+    )
+    name = str(path_of("device", device))
+    if not faults and record is None and page is False:
+        serve_plant(name, seed, where)
+        return
+    from rtctl.session.bench.serving import serve_on_bench
+
+    serve_on_bench(
+        name, seed, where,
+        faults=read_faults(faults, on_tcp=tcp is not None) if faults else ServedFaults(),
+        record=None if record is None else path_of("record", record),
+        page=None if isinstance(page, bool) else page, has_page=page is not False,
     )  # fmt: skip
 
 

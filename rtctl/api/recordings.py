@@ -1,4 +1,4 @@
-"""Runs that were recorded or still are: `replay`, `recover`, `change`, `watch`."""
+"""Runs that were recorded or still are: `replay`, `recover`, `change`, `export_mcap`, `watch`."""
 
 from __future__ import annotations
 
@@ -116,13 +116,32 @@ def change_in_words(run: PathText, text: str) -> Taken:
     return send(folder, asked.name, asked.value)
 
 
-def watch(
+def export_mcap(run: PathText, out: PathText) -> int:
+    """Write a recording as an MCAP file, for PlotJuggler, Foxglove and Lichtblick; return how many rows it has.
+
+    Args:
+        run: Folder of a run that is under way, has ended or was killed; of an acquisition or a dataset of one record.
+        out: The file, such as "run.mcap".
+
+    Raises:
+        InputError: Nothing is recorded there, or the package mcap is missing (`pip install 'rtctl[mcap]'`).
+    """
+    from rtctl.live_page.streams.mcap_files import export_mcap as internal
+    from rtctl.live_page.watching import watched_folder
+
+    return internal(watched_folder(path_of("run", run)), path_of("out", out))
+
+
+# 8 parameters because each is an option of `rtctl watch`
+def watch(  # noqa: PLR0913
     run: PathText | None = None,
     *,
     live: str | None = None,
     port: int | None = None,
     control: bool = False,
     plotjuggler: str | None = None,
+    mcap: PathText | None = None,
+    epics: str | None = None,
     ready: Callable[[str], None] = print,
 ) -> None:
     """Serve a page that shows a run while it lasts and afterwards, until Ctrl-C or SIGTERM; it blocks.
@@ -134,6 +153,8 @@ def watch(
         port: Of this machine; 0: a free one; None: 8787, or a free one where that is taken.
         control: Whether the page may change set-point and gains, and stop the run.
         plotjuggler: HOST:PORT to which the rows are sent as UDP packets of JSON; None: none are.
+        mcap: MCAP file that grows with the run; None: none does.
+        epics: Prefix of EPICS process variables of the run, which `control` makes writable; None: there are none.
         ready: Is told the address of the page.
 
     Raises:
@@ -141,6 +162,7 @@ def watch(
     """
     from rtctl.border.errors import InputError
     from rtctl.live_page import watching
+    from rtctl.live_page.streams.chosen import Streams
     from rtctl.output.interrupt import stop_on_interrupt
 
     if live is None and run is not None:
@@ -154,7 +176,9 @@ def watch(
             source,
             port=port,
             may_change=control,
-            plotjuggler=plotjuggler,
+            streams=Streams(
+                plotjuggler=plotjuggler, mcap=None if mcap is None else path_of("mcap", mcap), epics=epics
+            ),
             ready=ready,
             stop_requested=stop_requested,
         )

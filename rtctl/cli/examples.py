@@ -10,7 +10,11 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "rtctl run steps --model model.toml --set driver.kind=modbus-tcp --set driver.address=192.0.2.7:502",
     ),
     "set": ('rtctl set out/steps setpoint="30 um"', "rtctl set out/steps controller.kp=0.02"),
-    "watch": ("rtctl watch out/steps", "rtctl watch out/steps --control --plotjuggler localhost:9870"),
+    "watch": ("rtctl watch out/steps", "rtctl watch out/steps --control --mcap steps.mcap --epics LAB:VO2:"),
+    "export": (
+        "rtctl export mcap out/steps --out steps.mcap",
+        "rtctl export mcap out/steps --out steps.mcap --json",
+    ),
     "replay": ("rtctl replay out/steps", "rtctl replay out/steps --out out/again"),
     "recover": ("rtctl recover out/steps", "rtctl recover out/steps --json"),
     "acquire": (
@@ -45,7 +49,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     ),
     "serve": (
         "rtctl serve vo2_a --modbus-tcp 127.0.0.1:5020",
-        "rtctl serve vo2_b --serial /tmp/vo2 --baud 115200 --seed 3",
+        'rtctl serve vo2_b --serial /tmp/vo2 --baud 115200 --page --faults "drop rate=0.01; stall at=5s duration=1s"',
     ),
     "list": ("rtctl list", "rtctl list mechanisms"),
     "completion": (

@@ -8,6 +8,8 @@ transition lags the temperature by tau_d, one period cannot move it: the current
 
 from __future__ import annotations
 
+import math
+
 from rtctl.controllers.feedforward import STILL, InverseParams, walk_to
 from rtctl.estimators.thermal_path import Drive, ThermalPath, path_params
 from rtctl.models.span import Span
@@ -35,7 +37,7 @@ class ExtendedFeedforward:
         self._inverse = InverseParams(
             model.time_constant_s, min(low, high), max(low, high), STILL * model.deflection.width
         )
-        self._periods = 1 + min(round(dynamics.balance.lag_s / period_s), MOST_PERIODS - 1)
+        self._periods = 1 + min(math.ceil(dynamics.balance.lag_s / period_s), MOST_PERIODS - 1)
         self.preview_s = dynamics.delay_s + (self._periods - 1) * period_s
         self._time_s = 0.0
         self._wanted = 0.0

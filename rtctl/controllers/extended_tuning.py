@@ -1,8 +1,14 @@
-"""PI gains for an extended model: the most integral gain that keeps both margins.
+"""PI gains for an extended model: the most integral gain that keeps both margins, or the gains that the loop had.
 
 With one time constant the zero cancels it (`tuning`). With more the zero is looked for: for each place of it the gain
 is raised until a margin is met at the steepest slope, and the pair with the most integral gain is taken, which leaves
 the least integrated error (K. J. Astrom, T. Hagglund, Advanced PID Control, section 6.8).
+
+Margins are asked for because a model lacks something. What a diagnosis has named since is part of that, and has used up
+its part of the phase margin in the loop that ran. So gains that were tuned without it are kept, where they are the
+faster ones and the gain margin g that was asked for holds against changes of any phase: the peak of the sensitivity
+|1 / (1 + L)| is at most g / (g - 1), which leaves a phase margin of 2 asin((g - 1) / (2 g)), 29 deg for g = 2 (the same
+book, section 4.4).
 """
 
 from __future__ import annotations
@@ -38,9 +44,13 @@ def tune_extended(
     delay: int,
     least_gain_margin: float,
     least_phase_margin_deg: float,
-    notes: tuple[str, ...] = (),
+    before: PiGains | None = None,
 ) -> Tuning:
-    """Return the PI with the most integral gain that keeps both margins; if none does, the slowest one tried."""
+    """Return the PI with the most integral gain that keeps both margins; if none does, the slowest one tried.
+
+    `before` are gains that were tuned without what extends the model; they are returned where they have more integral
+    gain and the sensitivity's peak allows it.
+    """
     trial = _margins(loop, plant_gain, period_s, delay)
 
     def keeps(tuning: Tuning) -> bool:
@@ -59,7 +69,17 @@ def tune_extended(
         if best is None or (keeps(tried) and tried.gains.ki > best.gains.ki):
             best = tried
     assert best is not None
-    return replace(best, notes=notes)
+    kept = None if before is None else trial(before)
+    if kept is not None and _is_better(kept, best, least_gain_margin):
+        return replace(kept, kept_gains=True)
+    return best
+
+
+def _is_better(kept: Tuning, found: Tuning, least_gain_margin: float) -> bool:
+    """Whether gains from before are faster, and robust enough to stay."""
+    allowed = least_gain_margin / (least_gain_margin - 1.0) if least_gain_margin > 1.0 else math.inf
+    stable = kept.phase_margin_deg > 0.0 and kept.gain_margin > 1.0
+    return stable and kept.gains.ki > found.gains.ki and kept.sensitivity_peak <= allowed
 
 
 def _gains(loop_gain: float, zero_s: float, plant_gain: float, period_s: float) -> PiGains:
@@ -87,6 +107,7 @@ def _margins(loop: LinearLoop, plant_gain: float, period_s: float, delay: int) -
             phase_margin_deg=phase_margin,
             crossover_hz=crossover / (2.0 * math.pi * period_s),
             plant_gain=plant_gain,
+            sensitivity_peak=float(1.0 / np.min(np.abs(1.0 + response))),
         )
 
     return of

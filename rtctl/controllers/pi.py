@@ -125,14 +125,14 @@ class PiController:
     def start(self, levels: Sequence[float], setpoint: float, estimate: Estimate) -> None:
         """Start so that the first command equals the applied level, whatever the first error is."""
         assumed = self.feedforward.start(levels[0])
-        self._error = beyond_deadband(setpoint - estimate.value, self.deadband)
+        self._error = beyond_deadband(setpoint - estimate.settled, self.deadband)
         self._integral = levels[0] - assumed - self.gains.kp * self._error
 
     def step(self, setpoint: float, upcoming: float, estimate: Estimate, elapsed_s: float) -> ControlAction:
         """Return the command and its terms; see `Controller`."""
         gains = self.gains
         self._error, proportional, self._integral = pi_step(
-            self._integral, setpoint - estimate.value, elapsed_s, gains.kp, gains.ki, self.deadband
+            self._integral, setpoint - estimate.settled, elapsed_s, gains.kp, gains.ki, self.deadband
         )
         forward = self.feedforward.step(upcoming, elapsed_s)
         self._asked = proportional + self._integral + forward

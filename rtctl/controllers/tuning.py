@@ -33,10 +33,19 @@ class Tuning:
     """Steepest slope of the model in use [um/mA]."""
     notes: tuple[str, ...] = ()
     """Mechanisms of an extended model that the loop uses."""
+    sensitivity_peak: float = math.nan
+    """Largest |1 / (1 + L)|, the reciprocal of the least distance from -1; NaN where it was not asked for."""
+    kept_gains: bool = False
+    """Gains that were tuned without the mechanisms are kept: the phase margin is less than was asked for."""
 
     def describe(self) -> str:
         """Return a sentence for a person."""
         uses = f"; the loop uses {', '.join(self.notes)}" if self.notes else ""
+        if self.kept_gains:
+            uses += (
+                "; these gains were tuned without that and are kept, because slower ones would track worse and the "
+                f"sensitivity's peak, {self.sensitivity_peak:.2f}, keeps the gain margin against changes of any phase"
+            )
         return (
             f"PI: kp = {self.gains.kp:.4g} mA/um, ki = {self.gains.ki:.4g} mA/(um s); at the steepest slope, "
             f"{self.plant_gain:.0f} um/mA: gain margin {self.gain_margin:.2f}, phase margin "

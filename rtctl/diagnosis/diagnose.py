@@ -20,7 +20,7 @@ from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subjects import subjects_of_model
 from rtctl.diagnosis.problem.work_budget import WallClockGuard, WorkBudget
 from rtctl.diagnosis.report.causes import name_causes
-from rtctl.diagnosis.report.changed_input import explain_by_changed_input
+from rtctl.diagnosis.report.changed_signal import explain_by_changed_signals
 from rtctl.diagnosis.report.file_value import explain_by_file_value
 from rtctl.diagnosis.report.nearest_cause import describe_nearest_cause
 from rtctl.diagnosis.report.remarks import remark
@@ -35,12 +35,12 @@ from rtctl.diagnosis.screening.steps import list_fitted, without_steps
 from rtctl.diagnosis.search.catalogue_search import find_causes
 from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.search.request import DiagnosisOptions, SearchRequest
+from rtctl.diagnosis.verification.loop_model import model_for_loop
 from rtctl.diagnosis.verification.rivals import choose_rivals
 from rtctl.diagnosis.verification.verify import Verified, verify
 from rtctl.diagnosis.verification.whole_record_fits import (
     Fits,
     HoldoutData,
-    extend_model,
     fit_whole_records,
     noise_rms_of,
 )
@@ -107,7 +107,7 @@ def diagnose(
         answer = _answer(request, simulation, search, verified, holdout, stopped=found.cancelled)
         if not subject.is_steady:
             notes += tuple(note_few_periods(fit, problem.scales.rate, options.thresholds.screening))
-        answer = explain_by_changed_input(answer, request, data.simulation, holdout)
+        answer = explain_by_changed_signals(answer, request, data.simulation, holdout)
         told = [cause.id for cause in answer.causes]
         notes += (*first.notes, *found.notes)
         notes += tuple(note_large_shifts(data.simulation, search.nominal, problem, told))
@@ -142,14 +142,13 @@ def _answer(
         choose_rivals(search, verdict, problem.thresholds.verification),
         search.nominal.hypothesis, problem, search.chosen.noise, units, nearest=verdict.claim == "unexplained",
     )  # fmt: skip
-    extended, rehearse = extend_model(problem, request.model, fits.after), problem.subject.rehearse
-    loop = rehearse(request.model, extended, request.dataset.records) if rehearse and causes else None
+    extended = model_for_loop(request, fits.after, rehearsed=bool(causes))
     doubt = problem.subject.doubt(request.model)
     return Diagnosis(
-        verdict=verdict.claim, causes=causes, loop=loop, doubt=doubt, gain=verified.gain, helps=verified.helps,
-        where=tuple(where),
+        verdict=verdict.claim, causes=causes, loop=extended.rehearsal, doubt=doubt,
+        gain=verified.gain, helps=verified.helps, where=tuple(where),
         search=search, problem=problem, tests=request.tests, fits=fits, before=before,
-        model=extended, units=units, isolability=compute_isolability(search.nominal), next_experiment=proposed,
+        model=extended.model, units=units, isolability=compute_isolability(search.nominal), next_experiment=proposed,
         noise_rms=noise_rms_of(search.chosen, problem.subject.output),
         shape=estimate_missing_force(search.nominal, problem, coordinates, units)
         if verdict.leaves_gap and not problem.subject.is_steady else None,

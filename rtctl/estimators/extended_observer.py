@@ -33,6 +33,18 @@ from rtctl.models.vo2 import SURROGATE, Vo2Model
 from rtctl.simulations.vo2.loop_dynamics import Vo2Dynamics
 
 
+class SwingingEstimate(Estimate):
+    """An estimate that the loop records as any other one; it knows by how much the beam swings just then."""
+
+    swing: float
+    """Part of `value` by which the beam is beyond where it settles [um]."""
+
+    @property
+    def settled(self) -> float:
+        """The deflection without the swing [um], which heat cannot damp."""
+        return self.value - self.swing
+
+
 class ExtendedObserver:
     """The thermal observer of a model with mechanisms."""
 
@@ -73,7 +85,9 @@ class ExtendedObserver:
         status |= self._correct(float(sensed[0]), elapsed_s)
         slope = preisach_slope(self._path.beam, self._deflection)
         error = abs(slope) * math.sqrt(max(float(x[4]), 0.0)) / (2.0 * max(self._path.heating, 1e-9))
-        return Estimate(self._path.deflection, v, math.hypot(error, self._fit_error), status)
+        made = SwingingEstimate(self._path.deflection, v, math.hypot(error, self._fit_error), status)
+        made.swing = self._path.swing
+        return made
 
     def _correct(self, resistance_ohm: float, elapsed_s: float) -> int:
         """Condition the filter on a reading; return status bits."""

@@ -265,7 +265,12 @@ class ThermalPath:
     @property
     def deflection(self) -> float:
         """The deflection as it is measured [um]."""
-        return float(self.x[BENT] + self.params.participation * (self.x[SWING] - self.x[BENT]))
+        return float(self.x[BENT]) + self.swing
+
+    @property
+    def swing(self) -> float:
+        """How far the beam swings beyond where it settles at this temperature [um]."""
+        return float(self.params.participation * (self.x[SWING] - self.x[BENT]))
 
 
 class Drive:

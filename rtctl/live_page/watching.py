@@ -1,22 +1,23 @@
-"""A watch from its arguments to its end: what is watched, the page, the packets for PlotJuggler."""
+"""A watch from its arguments to its end: what is watched, the page, the streams for other programs."""
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 
-from rtctl.border.errors import InputError
-from rtctl.live_page.plotjuggler import PlotJugglerSender
+from rtctl.border.errors import InputError, RtctlError
 from rtctl.live_page.recorded.places import is_recording, places_in
 from rtctl.live_page.served.access import Access, token_of
 from rtctl.live_page.served.relay import page_relayed, upstream_of
 from rtctl.live_page.served.server import page_served
+from rtctl.live_page.streams.chosen import Stream, Streams, opened
 from rtctl.session.live.control_socket import NAME
 from rtctl.session.run_folder import SIGNALS
 
-PACKETS_A_SECOND = 30.0
+LOOKS_A_SECOND = 30.0
 PAGE_SCHEME = "http://"
 
 
@@ -25,7 +26,7 @@ def watch(
     *,
     port: int | None,
     may_change: bool,
-    plotjuggler: str | None,
+    streams: Streams,
     ready: Callable[[str], None],
     stop_requested: Callable[[], bool],
 ) -> None:
@@ -35,7 +36,7 @@ def watch(
         folder: the watched folder, or the address of a page that is served elsewhere.
         port: of this machine; 0: a free one; None: the usual one, or a free one where that is taken.
         may_change: whether the page may change the run.
-        plotjuggler: HOST:PORT for UDP packets; None: none are sent.
+        streams: what else is fed.
         ready: is told the address of the page.
         stop_requested: whether to end.
 
@@ -43,26 +44,36 @@ def watch(
         InputError: an argument is wrong.
     """
     with ExitStack() as stack:
-        sender = None
+        fed: list[Stream] = []
         if isinstance(folder, str):
-            if plotjuggler is not None:
+            if streams != Streams():
                 raise InputError(
-                    "--plotjuggler: packets are sent where the run is recorded; give it to the rtctl watch there"
+                    "--plotjuggler, --mcap, --epics: streams are fed where the run is recorded; give them to the "
+                    "rtctl watch there"
                 )
             upstream = upstream_of(folder)
             access = Access(token_of(Path(folder)), may_change)
             address = stack.enter_context(page_relayed(upstream, access, port)).address
         else:
-            if plotjuggler is not None:
-                sender = PlotJugglerSender(folder, plotjuggler)
-                stack.callback(sender.close)
+            for stream in opened(streams, folder, may_change):
+                stack.callback(stream.close)
+                fed.append(stream)
             access = Access(token_of(folder), may_change)
             address = stack.enter_context(page_served(folder, access, port)).address
         ready(address)
         while not stop_requested():
-            time.sleep(1.0 / PACKETS_A_SECOND)
-            if sender is not None:
-                sender.look()
+            time.sleep(1.0 / LOOKS_A_SECOND)
+            fed = [stream for stream in fed if _goes_on(stream)]
+
+
+def _goes_on(stream: Stream) -> bool:
+    """Let a stream look for new rows; return whether it goes on. The page does in any case."""
+    try:
+        stream.look()
+    except RtctlError as error:
+        print(f"rtctl watch: {error}", file=sys.stderr)
+        return False
+    return True
 
 
 def watched_folder(run: Path) -> Path:

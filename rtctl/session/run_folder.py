@@ -74,7 +74,7 @@ class RunFolder:
         """
         folder = self.path
         folder.mkdir(parents=True, exist_ok=True)
-        if (aside := _set_aside(folder)) is not None:
+        if (aside := set_aside(folder)) is not None:
             self.report(f"the recording of a run that was killed is now in {aside}: rtctl recover {aside}")
         (folder / "summary.json").unlink(missing_ok=True)  # of an earlier run in the same folder
         if self.model is not None and self.model.resolve() != (folder / MODEL).resolve():
@@ -157,8 +157,11 @@ def _table(recorder: Recorder | MappedRecorder) -> Mapping[str, FloatArray]:
     return recorder.table() if isinstance(recorder, Recorder) else recorder.close().table()
 
 
-def _set_aside(folder: Path) -> Path | None:
-    """Move what a killed run has left into a folder of its own; return that folder, or None."""
+def set_aside(folder: Path) -> Path | None:
+    """Move what a killed run has left into a folder of its own; return that folder, or None.
+
+    Raises InputError where it is being written.
+    """
     if not is_interrupted(folder):
         return None
     refuse_running(folder)
@@ -177,4 +180,9 @@ def rows_left_by(folder: Path) -> tuple[Rows, Rows]:
     if not is_interrupted(folder):
         raise InputError(f"{folder}: no interrupted recording here ({SIGNALS} is missing)")
     refuse_running(folder)
+    if not (folder / TIMING).is_file():
+        raise InputError(
+            f"{folder}: {TIMING} is missing beside {SIGNALS}: this is no run's recording; rtctl watch shows it, and "
+            "rtctl export mcap makes a file of it"
+        )
     return Rows(folder / SIGNALS), Rows(folder / TIMING)

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "simulations"))
-from vo2_model_cases import PERIOD_S, predict, simulation, stimulus
+from vo2_model_cases import PERIOD_S, predict, simulation, small_model, stimulus
 
 from rtctl.controllers.extended_feedforward import ExtendedFeedforward
 from rtctl.controllers.extended_tuning import extended_margins, tune_extended
+from rtctl.controllers.feedforward import InverseFeedforward
 from rtctl.controllers.linear_loop import LinearLoop
 from rtctl.controllers.pi import PiGains
 from rtctl.controllers.tuning import margins, tune
@@ -97,6 +98,36 @@ def test_the_margins_are_kept_where_the_plain_gains_lose_them(loop):
 
 
 @pytest.mark.parametrize(
+    ("lag_s", "asked", "kept"),
+    [(0.4e-3, 2.0, True), (0.4e-3, 3.0, False), (1.0e-3, 2.0, False)],
+    ids=["half a period", "more margin asked for", "a period"],
+)
+def test_gains_of_today_stay_where_a_small_lag_leaves_the_gain_margin_at_any_phase(lag_s, asked, kept):
+    """Half of the speed for a phase margin of 60 deg is more than a relay lag of 0.4 ms asks for."""
+    least = {"least_gain_margin": asked, "least_phase_margin_deg": 60.0}
+    loop = LinearLoop(time_constant_s=TAU, lag_s=lag_s)
+    plain = tune(plant_gain=GAIN, time_constant_s=TAU, period_s=H, delay=0, **least)
+    slower = tune_extended(loop, plant_gain=GAIN, period_s=H, delay=0, **least)
+    found = tune_extended(loop, plant_gain=GAIN, period_s=H, delay=0, before=plain.gains, **least)
+    assert found.kept_gains == kept
+    assert found.gains == (plain.gains if kept else slower.gains)
+    assert found.gain_margin >= asked
+    if kept:
+        assert slower.gains.ki < 0.75 * plain.gains.ki
+        assert 29.0 < found.phase_margin_deg < 60.0
+        assert "kept" in found.describe()
+
+
+def test_an_unstable_loop_is_not_kept_for_its_small_sensitivity():
+    """Far from -1 on the wrong side of it: gains ten times too large behind three periods of dead time."""
+    loop = LinearLoop(time_constant_s=TAU, delay_s=3e-3)
+    wild = PiGains(kp=2.0, ki=600.0)
+    seen = extended_margins(wild, loop, plant_gain=GAIN, period_s=H, delay=0)
+    assert seen.sensitivity_peak < 2.0
+    assert not tune_extended(loop, plant_gain=GAIN, period_s=H, delay=0, before=wild, **ASKED).kept_gains
+
+
+@pytest.mark.parametrize(
     ("identity", "values"),
     [
         ("actuation__delay", {"delay": 2.5e-3}),
@@ -121,6 +152,22 @@ def test_played_open_loop_it_puts_the_models_deflection_on_the_setpoint(identity
     error = np.abs(deflection[after] - wanted(time_s[after]))
     assert error.mean() < 0.3, "um"
     assert feedforward.preview_s == pytest.approx(values.get("delay", 0.0))
+
+
+@pytest.mark.parametrize("lag_s", [0.2e-3, 0.4e-3, 0.9e-3])
+def test_behind_a_lag_of_less_than_a_period_a_step_is_not_crossed_and_crossed_back(lag_s):
+    """Inverted within one period, heating and lag together ring: across the hysteresis they end on the other branch."""
+    setpoints = [25.0] * 50 + [27.0] * 50
+    made = simulation(hysteresis__rate_dependence={"time_constant": lag_s})
+    ways = {}
+    for name, feedforward in {
+        "plain": InverseFeedforward(small_model(), Span(3.7, 8.5)),
+        "lagging": ExtendedFeedforward(made.model, dynamics_of(made.model), Span(3.7, 8.5), PERIOD_S),
+    }.items():
+        feedforward.start(3.7)
+        current = np.array([feedforward.step(one, PERIOD_S) for one in setpoints])
+        ways[name] = np.abs(np.diff(current[45:])).sum()
+    assert ways["lagging"] < 2.0 * ways["plain"], "mA, there and back"
 
 
 def test_tuning_leaves_out_what_the_loop_tracked_worse_with():

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from rtctl.controllers.pi import NoFeedforward, PiController, PiGains, beyond_deadband, pi_step
 from rtctl.controllers.playback import PlaybackController
+from rtctl.estimators.extended_observer import SwingingEstimate
 from rtctl.interfaces import Estimate
 
 claim = settings(deadline=None, max_examples=60, derandomize=True)
@@ -53,6 +54,17 @@ def test_the_command_is_the_closed_form_sum(sequence):
         expected = 6.0 + GAINS.kp * error + GAINS.ki * PERIOD_S * math.fsum(sequence[: k + 1])
         assert action.levels == pytest.approx((expected,), abs=1e-9)
         assert action.levels[0] == sum(action.terms)
+
+
+@claim
+@given(errors)
+def test_a_swing_of_the_structure_is_not_answered(sequence):
+    still, swinging = started(), started()
+    for swing in sequence:
+        here, there = estimate(24.0), SwingingEstimate(24.0 + swing, math.nan, 0.1, 0)
+        there.swing = swing
+        expected = still.step(30.0, 30.0, here, PERIOD_S).levels
+        assert swinging.step(30.0, 30.0, there, PERIOD_S).levels == pytest.approx(expected, abs=1e-9)
 
 
 @claim

@@ -10,7 +10,12 @@ import pytest
 from scipy.signal import lfilter
 from vo2_cases import IdentifiedDevice
 
+from rtctl.border.model_file import Value
+from rtctl.diagnosis.verification.loop_model import leave_out_corrections
 from rtctl.measured.dataset import Record
+from rtctl.models.vo2 import Vo2Model
+from rtctl.models.vo2_extensions import CORRECTION_UNITS
+from rtctl.plants.vo2.diagnosis import VO2
 from rtctl.plants.vo2.rehearsal import rehearse_sensing
 from rtctl.simulations.vo2 import vo2_simulation
 from rtctl.simulations.vo2.extending import extended_model
@@ -46,6 +51,30 @@ def test_the_loop_senses_better_with_an_effect_that_acts_and_worse_with_one_that
     right = rehearse_sensing(model, extended, [lagging(one, 5e-3) for one in tests])
     assert right is not None
     assert right.after < 0.8 * right.before
+
+
+def corrected(model: Vo2Model, **values: float) -> Vo2Model:
+    """The model with corrections of its signals."""
+    units = {name: CORRECTION_UNITS[name] for name in values}
+    return replace(model, corrections={name: Value(value=values[name], unit=units[name]) for name in values})
+
+
+def test_corrections_stay_only_where_the_loop_senses_better_with_them(device: IdentifiedDevice) -> None:
+    """An offset that took up an error of the loops goes; a current that has changed by 2 % stays."""
+    tests = [replace(device.unseen, use="test")]
+    model = device.model
+    slightly_off = leave_out_corrections(VO2, model, corrected(model, current_offset=0.03), tests)
+    assert not slightly_off.model.corrections
+    assert slightly_off.rehearsal is not None
+    assert slightly_off.rehearsal.with_corrections is not None
+    assert slightly_off.rehearsal.after < slightly_off.rehearsal.with_corrections
+    read = {**device.unseen.signals, "current": device.unseen.signals["current"] / 1.02}
+    weaker = [replace(device.unseen, use="test", signals=read)]
+    changed = leave_out_corrections(VO2, model, corrected(model, current_gain=1.02), weaker)
+    assert set(changed.model.corrections) == {"current_gain"}
+    assert changed.rehearsal is not None
+    assert changed.rehearsal.with_corrections is None
+    assert changed.rehearsal.after < 0.6 * changed.rehearsal.before
 
 
 def test_records_without_a_deflection_and_those_of_a_fit_rehearse_nothing(device: IdentifiedDevice) -> None:

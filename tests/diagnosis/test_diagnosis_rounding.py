@@ -119,6 +119,15 @@ def test_a_step_is_seen_below_noise_that_was_added_behind_it(name: str, step: fl
     assert quantization_step([swing + 0.01 * step * noise], LEVELS) == 0.0
 
 
+def test_of_two_converters_one_behind_the_other_the_coarser_step_is_seen() -> None:
+    """A display with few digits, its noise, and an analogue-to-digital converter of 10 bits that reads it."""
+    noise, fine = np.random.default_rng(5).normal(size=8000), 2.0 / 2**10
+    shown = 0.1 * np.round(SWINGS["sine"] / 0.1) + 0.002 * noise
+    assert quantization_step([fine * np.round(shown / fine)], LEVELS) == pytest.approx(0.1, rel=2e-3)
+    alone = fine * np.round((SWINGS["sine"] + 0.002 * noise) / fine)
+    assert quantization_step([alone], LEVELS) == pytest.approx(fine)
+
+
 def test_a_quiet_record_beside_loud_ones_is_thinned_for_every_hypothesis_alike() -> None:
     loud, quiet = ring_down(1), ring_down(2)
     drive = 0.05 * quiet.stimulus.inputs["drive"]

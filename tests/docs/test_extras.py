@@ -16,8 +16,8 @@ from rtctl.measured.readers import NEEDS, open_table
 ROOT = Path(__file__).resolve().parents[2]
 IMPORT_ALL = """
 import importlib, pkgutil, sys
-for name in ("matplotlib", "PIL", "h5py", "asammdf", "nptdms", "pyuff", "distributed", "control", "pyvisa",
-             "qcodes", "pymeasure"):
+for name in ("matplotlib", "PIL", "h5py", "asammdf", "nptdms", "pyuff", "distributed", "control", "mcap", "caproto",
+             "pyvisa", "qcodes", "pymeasure"):
     sys.modules[name] = None
 failed = []
 def walk(name):
@@ -38,6 +38,7 @@ WITHOUT = {
     "rtctl.as_instrument.qcodes",
     "rtctl.campaign.figures",
     "rtctl.diagnosis.report.pictures",
+    "rtctl.live_page.streams.channels",
     "rtctl.measured.readers.tdms",
     "rtctl.measured.readers.storage",
     "rtctl.measured.readers.uff58",

@@ -121,6 +121,24 @@ def test_the_observer_knows_the_deflection_of_a_device_with_the_effect(identity)
     assert not loud or errors["extended"] < 0.2 * errors["nominal"]
 
 
+def test_what_the_beam_swings_is_told_apart_from_where_it_settles():
+    """A loop behind the observer sees what it would see of a beam without mass."""
+    identity = "structure__resonance"
+    resistance, deflection = predict(simulation(**{identity: CASES[identity]}), stimulus(CURRENT))
+    observers = [
+        ESTIMATORS["observer"](one)
+        for one in (small_model(), simulation(**{identity: CASES[identity]}).model)
+    ]
+    plain, swinging = [[one.start([CURRENT[0]], [resistance[0]])] for one in observers]
+    for k in range(1, len(CURRENT)):
+        for observer, answers in zip(observers, (plain, swinging), strict=True):
+            answers.append(observer.step([CURRENT[k - 1]], [resistance[k]], PERIOD_S))
+    assert np.std([one.swing for one in swinging]) > 0.1 * np.std(deflection)
+    assert all(one.settled == one.value for one in plain)
+    expected = np.array([one.value for one in plain])
+    assert np.abs(np.array([one.settled for one in swinging]) - expected).max() < 0.2, "um"
+
+
 def test_a_model_without_mechanisms_keeps_the_compiled_observer():
     assert not isinstance(ESTIMATORS["observer"](small_model()), ExtendedObserver)
     assert isinstance(

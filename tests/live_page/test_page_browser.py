@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import signal
 import subprocess
 import sys
@@ -16,6 +17,7 @@ from browser_cases import chromium, counters, wait_for
 from page_cases import RecordedLoop, served
 
 from rtctl.loop.live_parameters import ParameterChannel
+from rtctl.session.bench.account import Accounted, bench_account
 from rtctl.session.live.control_socket import listening
 
 ROWS_OF_A_STEP = 20
@@ -114,3 +116,35 @@ def test_fields_and_the_stop_button_reach_the_run_also_on_a_tablet(tmp_path: Pat
         width, room = browser.execute_script("return [document.documentElement.scrollWidth, innerWidth]")
         assert width <= room, "nothing sticks out at the side"
         loop.end()
+
+
+def test_a_served_device_is_shown_also_where_a_reading_is_missing_and_changed_by_its_names(
+    tmp_path: Path, browser: Any
+) -> None:
+    of = Accounted(
+        title="what it really does", period_s=1e-3, columns=[("index", ""), ("current", "mA"), ("resistance", "ohm")],
+        inputs=["current"], units={"effects.delay": "s", "effects.tcr": "1/K", "fault.stall": "s"},
+        judge=lambda name, value: "", values=lambda: {"effects.delay": 0.0, "effects.tcr": 2e-3, "fault.stall": 0.1},
+    )  # fmt: skip
+    with bench_account(tmp_path, of) as account, served(tmp_path, control=True) as server:
+        for k in range(100):
+            account.row((float(k), 5.0 + k, math.nan if k < 10 else 1000.0 + k))
+        browser.set_window_size(1280, 1000)
+        browser.get(server.address)
+        effects = wait_for(lambda: browser.find_elements("id", "choose-effects."), "the effects")[0]
+        names = [one.text for one in effects.find_elements("tag name", "option")]
+        assert names == ["delay", "tcr (0.002 1/K)"]
+        for group, name, value in (("effects.", "effects.tcr", "3e-3"), ("fault.", "fault.stall", "20 ms")):
+            browser.find_element("css selector", f"[id='choose-{group}'] [value='{name}']").click()
+            field = browser.find_element("id", f"value-{group}")
+            field.clear()
+            field.send_keys(f"{value}\n")
+        changes: list[tuple[str, float]] = []
+        wait_for(lambda: changes.extend(account.changes()) or len(changes) == 2, "the changes")
+        assert changes == [("effects.tcr", 3e-3), ("fault.stall", 20e-3)]
+        low, high = wait_for(lambda: browser.execute_script(SECOND_RANGE), "the chart of the reading")
+        assert 900.0 < low < 1010.0
+        assert 1099.0 < high < 1200.0
+
+
+SECOND_RANGE = "return window.rtctl.page.charts.charts[1].range"

@@ -59,7 +59,13 @@ def test_a_folder_without_a_run_is_said_to_have_none_yet(tmp_path: Path) -> None
         (["--live", "http://127.0.0.1:1/TOKEN/"], "no page is served there"),
         (["--live", "http://127.0.0.1:1"], "the whole address is needed"),
         (["--live", "http://[::"], "--live http://[::"),
+        (
+            ["--live", "http://127.0.0.1:1/TOKEN/", "--mcap", "x.mcap"],
+            "streams are fed where the run is recorded",
+        ),
         ([".", "--plotjuggler", "x"], "HOST:PORT is needed"),
+        ([".", "--mcap", "x.txt"], "--mcap x.txt: the name must end with .mcap"),
+        ([".", "--epics", "a b"], "a prefix of letters, digits and"),
         ([".", "--port", "70000"], "--port 70000: cannot be used"),
     ],
 )

@@ -11,7 +11,7 @@ import pytest
 from page_cases import RecordedLoop
 
 from rtctl.border.errors import InputError
-from rtctl.live_page.plotjuggler import LARGEST_PACKET, PlotJugglerSender, packets
+from rtctl.live_page.streams.plotjuggler import LARGEST_PACKET, PlotJugglerSender, packets
 
 
 @pytest.fixture

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import socket
 
 import pytest
-from scpi_cases import SlowDevice
+from scpi_cases import SlowDevice, instrument_at
 
 from plant_sim.wire.scpi.grammar import header_pattern, units_of
 from plant_sim.wire.scpi.models import keithley_2400, keithley_2600
@@ -88,6 +89,18 @@ def test_a_line_of_tsp_may_have_several_statements() -> None:
     assert float(volts) == pytest.approx(4e-3 * device.read().sensed[0], rel=0.02)
     assert float(condition) == 0.0
     assert [text.split("\t")[0] for text in said[5:]] == ["-2.22000e+02", "-2.85000e+02", "0.00000e+00"]
+
+
+@pytest.mark.wire
+def test_what_a_host_sent_before_it_went_is_done() -> None:
+    device = SlowDevice()
+    with instrument_at(device, "keithley-2450") as place:
+        host, _, port = place.rpartition(":")
+        with socket.create_connection((host, int(port))) as client:
+            client.sendall(b":SENS:VOLT:NPLC 0.5\n:SOUR:CURR 4E-3\n:OUTP ON\n:READ?\n:OUTP OFF\n")
+        assert device.has_enough.wait(5.0)
+        assert device.went_off.wait(5.0)
+    assert not device.enabled
 
 
 def test_the_voltmeter_reads_the_external_instrument() -> None:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import os
-from collections.abc import AsyncIterator, Awaitable, Callable
-from contextlib import asynccontextmanager, suppress
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+from contextlib import asynccontextmanager, contextmanager, suppress
 from typing import Protocol
 
+from plant_sim.wire.faulty_wire import FaultyWire
+from plant_sim.wire.modbus_server import Refused
 from plant_sim.wire.pty_server import BITS_A_BYTE
 
 LONGEST_LINE = 1 << 16
@@ -21,81 +23,142 @@ class Answering(Protocol):
         ...
 
 
-async def _converse(
-    lines: asyncio.StreamReader, send: Callable[[bytes], None], answer: Callable[[str], Awaitable[str]]
-) -> None:
-    while True:
-        try:
-            line = await lines.readuntil(b"\n")
-        except (asyncio.IncompleteReadError, asyncio.LimitOverrunError, ConnectionError):
-            return
-        said = await answer(line.decode("ascii", "replace").strip("\r\n "))
-        if said:
-            send(f"{said}\n".encode("ascii"))
+class _Conversation:
+    """One line to a host, with its faults and, with a baud rate [bit/s], the time that bytes need on it."""
+
+    def __init__(
+        self,
+        answer: Callable[[str], Awaitable[str]],
+        send: Callable[[bytes], None],
+        faults: FaultyWire | None,
+        baud: int | None = None,
+    ) -> None:
+        self._answer, self._send, self._faults, self._baud = answer, send, faults, baud
+        self._lines = asyncio.StreamReader(LONGEST_LINE)
+        self._has_ended = False
+        self._task = asyncio.create_task(self._converse())
+
+    def arrive(self, data: bytes) -> None:
+        """Take what the host has sent."""
+        if self._faults is None:
+            self._lines.feed_data(data)
+        else:
+            self._faults.to_device(data, self._lines.feed_data)
+
+    def finish(self) -> None:
+        """Carry out the lines that have arrived whole; nobody hears of it."""
+        self._has_ended = True
+        self._lines.feed_eof()
+
+    def end(self) -> None:
+        """Forget what is on its way."""
+        self._has_ended = True
+        self._task.cancel()
+
+    async def _converse(self) -> None:
+        while True:
+            try:
+                line = await self._lines.readuntil(b"\n")
+            except (asyncio.IncompleteReadError, asyncio.LimitOverrunError):
+                return
+            await self._pass(line)
+            said = await self._answer(line.decode("ascii", "replace").strip("\r\n "))
+            if not said:
+                continue
+            reply = f"{said}\n".encode("ascii", "replace")
+            await self._pass(reply)
+            if self._faults is None:
+                self._leave(reply)
+            else:
+                self._faults.to_host(reply, self._leave)
+
+    async def _pass(self, data: bytes) -> None:
+        if self._baud is not None:
+            await asyncio.sleep(len(data) * BITS_A_BYTE / self._baud)
+
+    def _leave(self, data: bytes) -> None:
+        if not self._has_ended:
+            self._send(data)
+
+
+class _TcpLine(asyncio.Protocol):
+    """A client of the TCP server."""
+
+    def __init__(
+        self,
+        answer: Callable[[str], Awaitable[str]],
+        lines: dict[asyncio.Transport, _Conversation],
+        faults: FaultyWire | None,
+    ) -> None:
+        self._answer, self._lines, self._faults = answer, lines, faults
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        assert isinstance(transport, asyncio.Transport)
+        self._transport = transport
+        self._lines[transport] = _Conversation(self._answer, transport.write, self._faults)
+
+    def data_received(self, data: bytes) -> None:
+        self._lines[self._transport].arrive(data)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._lines.pop(self._transport).finish()  # an instrument does what it was told before the host went
 
 
 @asynccontextmanager
-async def serve_lines_tcp(instrument: Answering, host: str, port: int) -> AsyncIterator[int]:
+async def serve_lines_tcp(
+    instrument: Answering, host: str, port: int, faults: FaultyWire | None = None
+) -> AsyncIterator[int]:
     """Answer on `host:port` while the block runs; yields the port (0 asks for a free one). Raises OSError."""
     turn = asyncio.Lock()
-    clients: dict[asyncio.StreamWriter, asyncio.Task[None] | None] = {}
+    lines: dict[asyncio.Transport, _Conversation] = {}
+    loop = asyncio.get_running_loop()
+    refused_until_s = 0.0
 
     async def answer(line: str) -> str:
         async with turn:  # a second client waits until a reading is taken
             return await instrument.answer(line)
 
-    async def client(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        clients[writer] = asyncio.current_task()
-        try:
-            await _converse(reader, writer.write, answer)
-        finally:
-            del clients[writer]
-            writer.close()
+    def connected() -> asyncio.Protocol:
+        return Refused() if loop.time() < refused_until_s else _TcpLine(answer, lines, faults)
 
-    server = await asyncio.start_server(client, host, port, limit=LONGEST_LINE)
+    def hang_up(duration_s: float = 0.0) -> None:
+        nonlocal refused_until_s
+        refused_until_s = loop.time() + duration_s
+        for transport in list(lines):
+            transport.abort()
+
+    if faults is not None:
+        faults.hang_up.append(hang_up)
+    server = await loop.create_server(connected, host, port)
     try:
         yield server.sockets[0].getsockname()[1]
     finally:
         server.close()
-        tasks = [task for task in clients.values() if task is not None]
-        for writer in clients:
-            writer.transport.abort()
-        await asyncio.gather(*tasks, return_exceptions=True)
+        hang_up()
         await server.wait_closed()
 
 
-@asynccontextmanager
-async def serve_lines_pty(instrument: Answering, master: int, baud: int | None) -> AsyncIterator[None]:
-    """Answer on the pty whose master is the file descriptor `master`, while the block runs.
+@contextmanager
+def serve_lines_pty(
+    instrument: Answering, master: int, baud: int | None, faults: FaultyWire | None = None
+) -> Iterator[None]:
+    """Answer on the pty whose master is the file descriptor `master`, while the block runs in an event loop."""
 
-    With a baud rate [bit/s] lines and answers take the time that they need on such a line; None: they take none.
-    """
-    loop = asyncio.get_running_loop()
-    lines = asyncio.StreamReader(LONGEST_LINE)
+    def send(data: bytes) -> None:
+        with suppress(OSError):  # nobody reads, or the line is broken: a line waits for no one
+            os.write(master, data)
+
+    line = _Conversation(instrument.answer, send, faults, baud)
 
     def receive() -> None:
         with suppress(BlockingIOError):  # nothing there after all
-            lines.feed_data(os.read(master, 4096))
+            line.arrive(os.read(master, 4096))
 
-    def send(data: bytes) -> None:
-        with suppress(BlockingIOError):  # nobody reads: a line waits for no one
-            os.write(master, data)
-
-    async def answer(line: str) -> str:
-        if baud is None:
-            return await instrument.answer(line)
-        await asyncio.sleep((len(line) + 1) * BITS_A_BYTE / baud)
-        said = await instrument.answer(line)
-        await asyncio.sleep((len(said) + 1) * BITS_A_BYTE / baud if said else 0.0)
-        return said
-
+    loop = asyncio.get_running_loop()
     os.set_blocking(master, False)
     loop.add_reader(master, receive)
-    task = asyncio.create_task(_converse(lines, send, answer))
     try:
         yield
     finally:
         loop.remove_reader(master)
-        task.cancel()
-        with suppress(asyncio.CancelledError):
-            await task
+        line.end()

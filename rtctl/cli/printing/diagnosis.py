@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from rtctl.diagnosis.problem.subject import LEFT_OUT
 from rtctl.diagnosis.report.page.summary import quantities_of
 from rtctl.diagnosis.result import EXTENDED_MODEL, Diagnosis
 from rtctl.output.readable_units import readable, readable_unit
@@ -43,7 +44,12 @@ def print_diagnosis(found: Diagnosis, folder: Path, *, written: bool = True) -> 
         )
     if found.loop is not None:
         loop, unit = found.loop, readable_unit(found.loop.before, found.loop.unit)
-        print(f"  in the loop: {loop.scenario}: {unit.text(loop.before, 3)} -> {unit.text(loop.after, 3)}")
+        left_out = (
+            "" if loop.with_corrections is None else LEFT_OUT.format(unit.text(loop.with_corrections, 3))
+        )
+        print(
+            f"  in the loop: {loop.scenario}: {unit.text(loop.before, 3)} -> {unit.text(loop.after, 3)}{left_out}"
+        )
     if found.where:
         print(
             "  it lives along "

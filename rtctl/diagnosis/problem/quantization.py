@@ -2,7 +2,7 @@
 
 Readings that are levels and nothing else lie on a grid. Where noise is added behind the converter they lie about one:
 their characteristic function, the mean of exp(2 pi i x / d), then has a peak at the step d, of exp(-2 pi^2 s^2 / d^2)
-for white noise s.
+for white noise s. Readings may be both: what a coarse converter gave, with noise, and a finer one read.
 
 Reference: B. Widrow, I. Kollar, Quantization Noise (2008), ch. 4.
 """
@@ -18,13 +18,14 @@ from rtctl.diagnosis.thresholds import ProblemThresholds
 
 
 def quantization_step(readings: Sequence[FloatArray], thresholds: ProblemThresholds) -> float:
-    """Return the step of the converter that all `readings`, (n,) each, were read with.
+    """Return the step of the converter that all `readings`, (n,) each, were read with, of two the coarser one.
 
     Returns:
         The step in the unit of the readings; 0 where they lie on no grid and about none, or on one too fine to be seen.
     """
     values = np.concatenate(readings)
-    return step_of_levels(values, thresholds) or step_below_noise(values, thresholds)
+    exact, below_noise = step_of_levels(values, thresholds), step_below_noise(values, thresholds)
+    return below_noise if below_noise > 1.5 * exact else exact
 
 
 def step_of_levels(values: FloatArray, thresholds: ProblemThresholds) -> float:

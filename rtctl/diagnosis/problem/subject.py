@@ -97,6 +97,12 @@ class RefittedParts(Protocol):
         ...
 
 
+LEFT_OUT = (
+    " (the extended model leaves out the gains and offsets that the fit had beside its causes: {} with them)"
+)
+"""Of a rehearsal, for `Rehearsal.with_corrections` in readable units."""
+
+
 class Rehearsal(NamedTuple):
     """How well the loop does with today's model and with the extended one."""
 
@@ -107,6 +113,9 @@ class Rehearsal(NamedTuple):
     after: float
     """Error with the extended model; infinite where it gives none."""
     unit: str
+    with_corrections: float | None = None
+    """Error with the extended model and the corrections of the signals that the fit had beside its causes, where the
+    model leaves these out because they do not help; None: it has all that the fit has."""
 
 
 class Force(NamedTuple):
@@ -261,6 +270,8 @@ class Subject:
     """Return notes on the model as `to_comparable` made it."""
     rehearse: Callable[[Any, Any, Sequence[Record]], Rehearsal | None] | None = None
     """Rehearse the loop on measured records with today's and with the extended model; None where no loop uses them."""
+    uncorrected: Callable[[Any], Any] | None = None
+    """Return a model without the corrections of its signals, mechanisms kept; None where models have none."""
     read_model: Callable[[Path], Any]
     """Read a model file. Raises InputError."""
     relative_errors: Callable[[Any], Mapping[str, float]]

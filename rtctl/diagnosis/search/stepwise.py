@@ -28,7 +28,10 @@ from rtctl.diagnosis.search.elimination.backward_elimination import (
     refit_without,
     refit_without_each,
 )
-from rtctl.diagnosis.search.elimination.simpler_laws import prefer_simpler_laws
+from rtctl.diagnosis.search.elimination.simpler_laws import (
+    prefer_fewest_unknowns,
+    prefer_simpler_laws,
+)
 from rtctl.diagnosis.search.model_selection import (
     best_of_each_set,
     rank_hypotheses,
@@ -207,6 +210,7 @@ def accept_passing_set(state: SearchState) -> SearchState:
 def accept_set(state: SearchState, result: SearchResult) -> SearchState:
     """End the search with the set that `result` has chosen, in its simplest laws, beside its equivalents."""
     result = prefer_simpler_laws(state.problem, result, state.settings)
+    result = prefer_fewest_unknowns(state.problem, result, state.settings)
     return replace(state, stop=StopReason.PASSED, result=_with_equivalents(state, result, plain=False))
 
 

@@ -17,17 +17,17 @@ class ReportThresholds:
     nearest_removed_share: float = 0.5
     """Fraction of the squared error on test records that the nearest single cause must remove to be mentioned where
     none is named."""
-    changed_input_share: float = 0.9
-    """Fraction of the squared error beyond the noise that must return without corrections of an identified model's
-    input, for a change of the input at rest to be told as a cause. On foreign devices it is at least 0.99 where the
-    input had changed since the identification, and at most 0.8 where it had not."""
-    changed_input_cost_ratio: float = 2.0
-    """Largest cost of a change of the input at rest over that of the best one, for it to stand beside it. A change
+    changed_signal_share: float = 0.9
+    """Fraction of the squared error beyond the noise that must return without corrections of one of an identified
+    model's signals, for a change of that signal at rest to be told as a cause. On foreign devices it is at least 0.99
+    where the input had changed since the identification, and at most 0.8 where it had not."""
+    changed_signal_cost_ratio: float = 2.0
+    """Largest cost of a change of a signal at rest over that of the best one, for it to stand beside it. A change
     leads beyond the loops that were identified, where they are less sure: a true one left 1.5 times the best one's
     cost, others left 10 times and more."""
-    changed_input_misfit: float = 2.0
-    """RMS misfit without corrections of the input over what the identification promises, above which a change of the
-    input may be told."""
+    changed_signal_misfit: float = 2.0
+    """RMS misfit without corrections of a signal over what the identification promises, above which a change of the
+    signal may be told."""
     min_headline_share: float = 0.1
     """Fraction of the error along the first coordinate from which a headline names that coordinate."""
 

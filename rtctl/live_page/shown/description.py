@@ -12,6 +12,7 @@ from rtctl.live_page.recorded.rows import INDEX, RecordedRows
 from rtctl.live_page.shown.panels import panels_of, planes_of
 from rtctl.live_page.shown.signals import ShownSignals, signals_of
 from rtctl.scenario.schema import Scenario, checked_scenario
+from rtctl.session.live.control_socket import PARAMETERS
 from rtctl.session.run_folder import scenario_tables
 
 
@@ -78,7 +79,7 @@ class Description:
 def description_of(rows: RecordedRows, place: Place) -> Description:
     """Return the description of a recording; one whose scenario cannot be read is shown all the same."""
     scenario, remark = None, ""
-    if place.record is None:
+    if place.record is None and PARAMETERS not in rows.metadata:  # else it is no run of a scenario
         try:
             scenario = checked_scenario(scenario_tables(rows.metadata, place.folder), str(place.folder))
         except (InputError, ValueError) as error:

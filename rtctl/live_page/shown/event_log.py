@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -25,7 +24,17 @@ class EventLog:
         self._stamp: tuple[int, int] | None = None
 
     def look(self) -> list[dict[str, Any]] | None:
-        """Return all events as time [s], kind and text; None: nothing has changed since the last look."""
+        """Return the newest events as time [s], kind and text; None: nothing has changed since the last look."""
+        events = self.changed()
+        if events is None:
+            return None
+        return [
+            {"time_s": self.time_s(event), "kind": event.kind, "text": self.words(event)}
+            for event in events[-MOST_EVENTS:]
+        ]
+
+    def changed(self) -> list[Event] | None:
+        """Return all events; None: nothing has changed since the last look."""
         try:
             found = self._path.stat()
         except OSError:
@@ -34,18 +43,21 @@ class EventLog:
         if stamp == self._stamp:
             return None
         self._stamp = stamp
-        events: Iterable[Event] = ()
         with suppress(InputError, ValueError, KeyError):  # it may be replaced at this moment
-            events = list(read_events(self._path))[-MOST_EVENTS:]
-        return [
-            {"time_s": self._period_s * event.step, "kind": event.kind, "text": self._words(event)}
-            for event in events
-        ]
+            return list(read_events(self._path))
+        return []
 
-    def _words(self, event: Event) -> str:
+    def time_s(self, event: Event) -> float:
+        """Return the time of an event in the run [s]."""
+        return self._period_s * event.step
+
+    def words(self, event: Event) -> str:
+        """Return an event as a sentence for a person."""
         if event.kind in ("change", "refused") and self._scenario is not None:
             text = marks_of(self._scenario, [event])[0].text
             return f"{text}: {event.values['message']}" if event.kind == "refused" else text
         if event.kind == "fault":
             return f"{event.values.get('fault', '')}: {event.values.get('message', '')}"
+        if event.kind == "change":
+            return str(event.values.get("message", event.values.get("name", "")))
         return {"start": "loop started", "rearmed": "device armed again"}.get(event.kind, event.kind)

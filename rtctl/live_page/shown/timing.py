@@ -12,8 +12,7 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
 from rtctl.live_page.recorded.decimation import ROWS_OF_A_READ
-from rtctl.live_page.recorded.rows import GrowingRows, ParquetRows
-from rtctl.session.run_folder import TIMING
+from rtctl.live_page.recorded.timing_rows import TimingRows
 
 EDGES_US = np.concatenate([[0.0], *(decade * np.array([1.0, 2.0, 5.0]) for decade in 10.0 ** np.arange(6))])
 """Edges of the bins [us], as a run's summary has them; the last bin has no end."""
@@ -26,8 +25,7 @@ class TimingHistograms:
     """The histograms of the run in one folder."""
 
     def __init__(self, folder: Path) -> None:
-        self._folder = folder
-        self._rows: GrowingRows | ParquetRows | None = None
+        self._rows = TimingRows(folder)
         self._done = 0
         self._counts: dict[str, np.ndarray[Any, np.dtype[np.int64]]] = {}
         self._largest: dict[str, float] = {}
@@ -39,8 +37,6 @@ class TimingHistograms:
         None: this recording has no timing.
         """
         with suppress(InputError, OSError):
-            self._open()
-            assert self._rows is not None
             while self._done < (count := self._rows.count()):
                 last = min(count, self._done + ROWS_OF_A_READ)
                 self._add(self._rows.read(self._done, last))
@@ -56,17 +52,7 @@ class TimingHistograms:
 
     def close(self) -> None:
         """Close the file."""
-        if self._rows is not None:
-            self._rows.close()
-            self._rows = None
-
-    def _open(self) -> None:
-        if self._rows is not None and not self._rows.replaced():
-            return
-        growing = self._folder / TIMING
-        opened = GrowingRows(growing) if growing.is_file() else ParquetRows(self._folder / "timing.parquet")
-        self.close()
-        self._rows = opened
+        self._rows.close()
 
     def _add(self, table: Mapping[str, FloatArray]) -> None:
         for name, values in table.items():

@@ -112,7 +112,8 @@ def build_controller(
     else:
         least_phase_deg = math.degrees(table.phase_margin_rad)
         tuning = _tuned(table, scenario, model, dynamics, working, delay)
-        if tuning.gain_margin < table.gain_margin or tuning.phase_margin_deg < least_phase_deg:
+        short = tuning.gain_margin < table.gain_margin or tuning.phase_margin_deg < least_phase_deg
+        if short and not tuning.kept_gains:
             raise InputError(
                 f"controller.gain_margin = {table.gain_margin:g} and controller.phase_margin = {least_phase_deg:.3g} "
                 f"deg are out of a PI's reach: the slowest one tried leaves {tuning.gain_margin:.3g} and "
@@ -149,18 +150,19 @@ def _given(
 def _tuned(
     table: PiTable, scenario: Scenario, model: Vo2Model, dynamics: Vo2Dynamics, working: WorkingRange, delay: int
 ) -> Tuning:  # fmt: skip
-    """Return the fastest PI that keeps the margins of `[controller]`."""
+    """Return the fastest PI that keeps the margins of `[controller]`, or the gains without the model's mechanisms."""
     least = {
         "least_gain_margin": table.gain_margin,
         "least_phase_margin_deg": math.degrees(table.phase_margin_rad),
     }
     gain, period_s = working.steepest_slope, scenario.scenario.period_s
+    tau_s = model.time_constant_s
+    plain = tune(plant_gain=gain, time_constant_s=tau_s, period_s=period_s, delay=delay, **least)
     if dynamics.is_plain:
-        tau_s = model.time_constant_s
-        return tune(plant_gain=gain, time_constant_s=tau_s, period_s=period_s, delay=delay, **least)
+        return plain
     loop = _linear(model, dynamics, working)
-    notes = dynamics.used
-    return tune_extended(loop, plant_gain=gain, period_s=period_s, delay=delay, notes=notes, **least)
+    found = tune_extended(loop, plant_gain=gain, period_s=period_s, delay=delay, before=plain.gains, **least)
+    return replace(found, notes=dynamics.used)
 
 
 def _linear(model: Vo2Model, dynamics: Vo2Dynamics, working: WorkingRange) -> LinearLoop:

@@ -31,11 +31,16 @@ from rtctl.scenario.schema import checked_scenario
 from rtctl.session.run_folder import SIGNALS, scenario_tables
 
 NAME = "control.sock"
-LARGEST_DATAGRAM = 4096
-"""Largest request and answer [bytes]."""
+LARGEST_DATAGRAM = 1 << 16
+"""Largest request and answer [bytes]: names and values of some hundred parameters."""
 ANSWER_WITHIN_S = 2.0
+COMPILED_WITHIN_S = 60.0
+"""The same of a served device, which may have to compile another equation first [s]."""
 PARAMETERS = "parameters"
-"""Name of the question for the values of all parameters."""
+"""Name of the question for the values of all parameters; and key of a recording's metadata for their units as JSON,
+where it is the account of a served device and not a run of a scenario."""
+FAULT = "fault."
+"""What the name of a fault begins with, which a served device is asked to have once; its value is how long [s]."""
 PLAN = "plan"
 """Value of the setpoint that goes back to the scenario's `[reference]`."""
 
@@ -108,7 +113,7 @@ class Taken(NamedTuple):
     """What to know of it, such as the margins that new gains leave."""
 
     def in_words(self) -> str:
-        """Return `setpoint: 20 um -> 30 um from the next step on; REMARK`."""
+        """Return `setpoint: 20 um -> 30 um from the next step on; REMARK`, of a fault `fault.stall: 50 ms; REMARK`."""
 
         def told(value: float | None) -> str:
             return (
@@ -116,6 +121,8 @@ class Taken(NamedTuple):
             )
 
         remark = f"; {self.remark}" if self.remark else ""
+        if self.name.startswith(FAULT):
+            return f"{self.name}: {readable(self.value, self.unit)}{remark}"
         return f"{self.name}: {told(self.before)} -> {told(self.value)} from the next step on{remark}"
 
 
@@ -133,7 +140,8 @@ def send(folder: Path, name: str, value: float) -> Taken:
     """
     unit = plain_unit(parameter_units(folder).get(name, ""))
     before = _setpoint_in_force(folder) if name == SETPOINT else None
-    known = _asked(folder, {"name": name, "value": value, "report": True})
+    within_s = COMPILED_WITHIN_S if PARAMETERS in _metadata(folder) else ANSWER_WITHIN_S
+    known = _asked(folder, {"name": name, "value": value, "report": True}, within_s)
     return Taken(name, known.get("before", before), value, unit, str(known.get("remark", "")))
 
 
@@ -147,7 +155,7 @@ def parameters(folder: Path) -> dict[str, float]:
     return {str(name): float(value) for name, value in _asked(folder, {"name": PARAMETERS}).items()}
 
 
-def _asked(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
+def _asked(folder: Path, request: dict[str, Any], within_s: float = ANSWER_WITHIN_S) -> dict[str, Any]:
     """Send a request to the run in `folder`; return what follows its "ok". Raises InputError, RunError."""
     path = folder / NAME
     with (
@@ -155,7 +163,7 @@ def _asked(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
         socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as client,
     ):
         client.bind(str(Path(place) / "answer"))
-        client.settimeout(ANSWER_WITHIN_S)
+        client.settimeout(within_s)
         try:
             client.sendto(json.dumps(request).encode(), _shorter(path))
         except OSError:
@@ -163,7 +171,7 @@ def _asked(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
         try:
             answer = client.recv(LARGEST_DATAGRAM).decode()
         except TimeoutError:
-            raise RunError(f"{folder}: the run has not answered within {ANSWER_WITHIN_S:g} s") from None
+            raise RunError(f"{folder}: the run has not answered within {within_s:g} s") from None
     said, _, report = answer.partition("\n")
     if said != "ok":
         raise InputError(answer)
@@ -186,11 +194,20 @@ def _setpoint_in_force(folder: Path) -> float | None:
 
 def parameter_units(folder: Path) -> dict[str, str]:
     """Return the unit of each parameter that the run in `folder` can change. Raises InputError."""
+    metadata = _metadata(folder)
+    if PARAMETERS in metadata:
+        units: dict[str, str] = json.loads(metadata[PARAMETERS])
+        return units
+    scenario = checked_scenario(scenario_tables(metadata, folder / SIGNALS), str(folder / SIGNALS))
+    return units_of_parameters(scenario.profile)
+
+
+def _metadata(folder: Path) -> dict[str, str]:
+    """Return what the recording in `folder` says of itself. Raises InputError where there is none."""
     path = folder / SIGNALS
     if not path.is_file():
         raise InputError(f"{folder}: no run is under way here ({SIGNALS} is missing)")
-    scenario = checked_scenario(scenario_tables(read_header(path).metadata, path), str(path))
-    return units_of_parameters(scenario.profile)
+    return read_header(path).metadata
 
 
 def _listen(server: socket.socket, changes: ParameterChannel) -> None:

@@ -29,7 +29,7 @@ LEFT_OUT = {
 }
 """Mechanisms without a place in the loop, and why."""
 NOT_TRUSTED = {
-    "structure.resonance": "in the observer only: the margins that it asks for cost more than the swing",
+    "structure.resonance": "in the observer only: the controller answers where the beam settles, without its swing",
 }
 """Mechanisms with which tuning and feedforward made the loop track worse than without, and why."""
 

@@ -31,6 +31,10 @@ AT_REST = ("heater.tcr", "thermal.nonlinear_loss")
 """Mechanisms that change how far a current heats at rest, as a gain and an offset of the current do."""
 
 
+OF_READING = ("sensor.crosstalk",)
+"""Mechanisms that change what the resistance reads at rest, as a gain and an offset of it do."""
+
+
 def _gain(of: str, **more: Any) -> Parameter:
     return Parameter(
         name=f"{of}_gain", unit="dimensionless", meaning=f"of the {of} about the middle of its range",
@@ -59,8 +63,8 @@ NOMINAL_PARAMETERS = (
         opposite="actuation.deadband",
         imitates=AT_REST,
     ),
-    _gain("resistance"),
-    _offset("resistance", "dimensionless", lambda s: 0.1, "logarithm of the resistance"),
+    _gain("resistance", imitates=OF_READING),
+    _offset("resistance", "dimensionless", lambda s: 0.1, "logarithm of the resistance", imitates=OF_READING),
     _gain("deflection"),
     _offset("deflection", "um", lambda s: 0.02 * s.displacement),
 )

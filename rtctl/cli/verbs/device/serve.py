@@ -5,6 +5,9 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+USUAL_PORT = -1
+"""Of the page: that of `rtctl watch`, or a free one."""
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of `rtctl serve`."""
@@ -36,6 +39,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--journal", type=Path, metavar="CSV", help="what the device did, written by itself at its end"
     )
     parser.add_argument("--seed", type=int, help="of the noise (default: the plant file's)")
+    parser.add_argument(
+        "--faults", default="", metavar="FILE|SPEC",
+        help='what goes wrong on purpose: a TOML file, or "drop rate=0.01; sensor_fault at=5s duration=200ms"',
+    )  # fmt: skip
+    parser.add_argument(
+        "--page", nargs="?", type=int, const=USUAL_PORT, metavar="PORT",
+        help="also a page in the browser: what the device really does; injects faults, switches hidden effects on",
+    )  # fmt: skip
+    parser.add_argument(
+        "--record", type=Path, metavar="DIR", help="what the device really does, recorded there like a run"
+    )
 
 
 def run(args: argparse.Namespace) -> int:
@@ -53,5 +67,8 @@ def run(args: argparse.Namespace) -> int:
         voltmeter=args.voltmeter,
         baud=args.baud,
         journal=args.journal,
+        faults=args.faults,
+        record=args.record,
+        page=False if args.page is None else True if args.page == USUAL_PORT else args.page,
     )
     return 0

@@ -1,4 +1,4 @@
-"""A page that shows a run while it lasts and afterwards, in a browser; also changes it, or feeds PlotJuggler."""
+"""A page that shows a run while it lasts and afterwards, in a browser; also changes it, or feeds other programs."""
 
 from __future__ import annotations
 
@@ -27,12 +27,25 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--port", type=int, help="of this machine; 0: a free one (default: 8787, or a free one)"
     )
     parser.add_argument(
-        "--control", action="store_true", help="let the page change set-point and gains, and stop the run"
+        "--control",
+        action="store_true",
+        help="let the page (and EPICS clients) change set-point and gains; the page also stops the run",
     )
     parser.add_argument(
         "--plotjuggler",
         metavar="HOST:PORT",
         help="also send the rows there as UDP packets of JSON (usual port: 9870)",
+    )
+    parser.add_argument(
+        "--mcap",
+        type=Path,
+        metavar="FILE.mcap",
+        help="also write a file that grows with the run and is whole at any moment",
+    )
+    parser.add_argument(
+        "--epics",
+        metavar="PREFIX",
+        help="also serve the run as EPICS process variables, such as PREFIXsetpoint",
     )
 
 
@@ -66,6 +79,8 @@ def run(args: argparse.Namespace) -> int:
         port=args.port,
         control=args.control,
         plotjuggler=args.plotjuggler,
+        mcap=args.mcap,
+        epics=args.epics,
         ready=ready,
     )
     return 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from html import escape
 
+from rtctl.diagnosis.problem.subject import LEFT_OUT
 from rtctl.diagnosis.report.page.sections import estimate_text
 from rtctl.diagnosis.result import EXTENDED_MODEL, Cause, Diagnosis
 from rtctl.models.derived.quantity import Derived
@@ -91,7 +92,10 @@ def _loop_tiles(diagnosis: Diagnosis) -> list[str]:
         return []
     scaled = readable_unit(max(loop.before, loop.after), loop.unit)
     numbers = f"{scaled.of(loop.before):.3g} → {scaled.of(loop.after):.3g} {printed_unit(scaled.unit)}"
-    return [tile(numbers, f"in the loop, without and with the causes: {escape(loop.scenario)}")]
+    text = f"in the loop, without and with the causes: {loop.scenario}"
+    if loop.with_corrections is not None:
+        text += LEFT_OUT.format(f"{scaled.of(loop.with_corrections):.3g} {printed_unit(scaled.unit)}")
+    return [tile(numbers, escape(text))]
 
 
 def _size(value: float, unit: str) -> str:

@@ -18,8 +18,8 @@ from rtctl.diagnosis.problem.fit import defaulted, fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
-from rtctl.diagnosis.search.model_selection import whitened_bic
-from rtctl.diagnosis.search.outcome import SearchResult, replace_chosen
+from rtctl.diagnosis.search.model_selection import count_unknowns, whitened_bic
+from rtctl.diagnosis.search.outcome import SearchResult, find_equivalents, replace_chosen
 from rtctl.diagnosis.search.state import SearchSettings
 
 
@@ -46,6 +46,26 @@ def prefer_simpler_laws(problem: Problem, result: SearchResult, settings: Search
             tested = tested._replace(tests=result.chosen.tests)
         result = replace_chosen(problem, result, tested)
     return _without_general_rivals(result)
+
+
+def prefer_fewest_unknowns(problem: Problem, result: SearchResult, settings: SearchSettings) -> SearchResult:
+    """Choose, of the sets that the data do not tell from the chosen one, the one of the fewest unknowns that passes.
+
+    Which one stands first changes no probability, but it is the one that the extended model gets: further unknowns that
+    the records do not ask for are known no better than the noise lets them be, and a loop would follow them.
+
+    Args:
+        problem: Records to fit.
+        result: Search whose chosen set passes.
+        settings: Mechanisms that are searched, and what passes.
+    """
+    chosen = result.chosen.hypothesis
+    same = find_equivalents(problem, result.rankings, result.chosen)
+    fewest = min((chosen, *same), key=count_unknowns)
+    if fewest is chosen:
+        return result
+    tested = run_residual_tests(fewest, problem, settings.ids)
+    return replace_chosen(problem, result, tested) if settings.passes(tested) else result
 
 
 def _find_sufficient(problem: Problem, result: SearchResult, ids: Sequence[str]) -> Hypothesis | None:

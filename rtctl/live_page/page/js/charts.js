@@ -42,6 +42,7 @@ export class Charts {
       if (chart.box.hidden) continue;
       chart.keys.forEach((key, number) => (key.hidden = !filled.includes(number)));
       const columns = chart.panel.signals.map((number) => data.values[number]);
+      chart.columns = columns;
       if (chart.errors) this.#limit(chart, columns);
       const dense = data.time.length > DENSE * chart.plot.width;
       chart.panel.signals.forEach((number, column) => {
@@ -179,6 +180,7 @@ export class Charts {
 
   /** Return the range of an axis: it grows at once, and shrinks only if the lines fill little of it. */
   #range(chart, low, high) {
+    if (Number.isNaN(low) || Number.isNaN(high)) [low, high] = extremesOf(chart.columns); // a reading that is missing
     if (low === null || high === null || !Number.isFinite(low) || !Number.isFinite(high)) return chart.range ?? [0, 1];
     low = Math.max(low, -chart.limit);
     high = Math.min(high, chart.limit);
@@ -255,6 +257,18 @@ function sampled(column) {
   const stride = Math.max(1, Math.floor(column.length / 1000));
   const count = Math.floor(column.length / stride);
   return Array.from({ length: count }, (_, k) => column[k * stride]).filter((one) => !Number.isNaN(one));
+}
+
+function extremesOf(columns) {
+  let low = Infinity;
+  let high = -Infinity;
+  for (const column of columns) {
+    for (const value of column) {
+      if (value < low) low = value;
+      if (value > high) high = value;
+    }
+  }
+  return [low, high];
 }
 
 function largestOf(column) {

@@ -3,11 +3,19 @@
 import { figure, words } from "./colours.js";
 
 const NAMES = { setpoint: "set-point" };
+const GROUPS = [
+  { prefix: "effects.", title: "Hidden effects of the device", press: "Set", shows: true },
+  { prefix: "parameters.", title: "Parameters of the device", press: "Set", shows: true },
+  { prefix: "fault.", title: "Faults, each once, for so long", press: "Inject", shows: false },
+]; // of a served device: many names, one line each group
+
+const ASK_AFTER_MS = 200; // by then the device has taken a change
 
 export class Control {
   /** @param {Function} run returns the name of the run that is shown */
   constructor(run) {
     this.run = run;
+    this.chosen = {}; // name shown of each group
     this.allowed = document.body.dataset.mayChange === "yes";
     const stop = document.getElementById("stop");
     stop.hidden = !this.allowed;
@@ -22,15 +30,53 @@ export class Control {
     if (this.allowed && recording) await this.#ask();
   }
 
-  async #ask() {
+  async #ask(quietly = false) {
     const response = await fetch(`parameters?${new URLSearchParams({ run: this.run() })}`);
     if (!response.ok) {
       this.#say(await response.text(), true);
       return;
     }
-    this.#say("", false);
-    const fields = (await response.json()).flatMap((one) => this.#field(one));
+    if (!quietly) this.#say("", false);
+    const all = await response.json();
+    const groupOf = ({ name }) => GROUPS.find(({ prefix }) => name.startsWith(prefix));
+    const fields = all.filter((one) => !groupOf(one)).flatMap((one) => this.#field(one));
+    for (const group of GROUPS) fields.push(...this.#group(group, all.filter((one) => groupOf(one) === group)));
     document.getElementById("parameters").replaceChildren(...fields);
+  }
+
+  /** One line to choose a name of a group and to give it a value. */
+  #group({ prefix, title, press, shows }, members) {
+    if (members.length === 0) return [];
+    const heading = document.createElement("span");
+    heading.className = "dim wide";
+    heading.textContent = title;
+    const select = document.createElement("select");
+    select.id = `choose-${prefix}`;
+    select.setAttribute("aria-label", title);
+    const text = ({ name, unit, value }) =>
+      words(name.slice(prefix.length).replaceAll(".", " ")) + (shows && value ? ` (${figure(value)} ${unit})` : "");
+    select.replaceChildren(...members.map((one) => new Option(text(one), one.name)));
+    if (members.some(({ name }) => name === this.chosen[prefix])) select.value = this.chosen[prefix];
+    const input = document.createElement("input");
+    input.inputMode = "decimal";
+    input.id = `value-${prefix}`;
+    const unit = document.createElement("span");
+    unit.className = "dim";
+    const show = () => {
+      const one = members.find(({ name }) => name === select.value);
+      this.chosen[prefix] = one.name;
+      input.value = figure(one.value);
+      unit.textContent = one.unit;
+    };
+    select.onchange = show;
+    show();
+    const send = async () => {
+      if (await this.#send(select.value, input.value)) setTimeout(() => this.#ask(true), ASK_AFTER_MS);
+    };
+    input.onkeydown = (event) => {
+      if (event.key === "Enter") send();
+    };
+    return [heading, select, input, unit, button(press, send)];
   }
 
   #field({ name, unit, value }) {
@@ -63,8 +109,10 @@ export class Control {
       const response = await fetch("control", { method: "POST", headers: { "Content-Type": "application/json" }, body });
       if (response.ok) this.#say((await response.json()).said, false);
       else this.#say(await response.text(), true);
+      return response.ok;
     } catch {
       this.#say("the server of this page does not answer: nothing was changed", true);
+      return false;
     }
   }
 

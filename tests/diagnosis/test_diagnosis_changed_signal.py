@@ -84,3 +84,15 @@ def test_where_something_else_is_left_it_is_the_part_that_is_known() -> None:
     assert found.verdict == "partly_explained"
     assert found.causes[0].id == "parameter.current_offset"
     assert found.causes[0].probability is None
+
+
+def test_a_current_that_leaks_into_the_reading_since_is_told_as_that() -> None:
+    """Gain and offset of the resistance would take up most of it, in silence."""
+    found = answer(
+        0.0, ("actuation.delay", "sensor.crosstalk"), sensor__crosstalk={"leak": 900.0, "known": 0.0}
+    )
+    assert found.verdict == "explained"
+    (cause,) = found.causes
+    assert cause.id == "sensor.crosstalk"
+    assert cause.parameters["leak"].value == pytest.approx(900.0, rel=0.1)
+    assert [one.id for one in found.model.mechanisms] == ["sensor.crosstalk"]

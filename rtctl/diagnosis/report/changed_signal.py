@@ -1,9 +1,9 @@
-"""A change of what the input does at rest, since the model was identified on its device.
+"""A change of what a signal is at rest, the input or a reading, since the model was identified on its device.
 
-An identified model needs no corrections of its input. Where a re-fit needs them, and nearly all of the error returns
-without them, the device has changed, or the model is that of another one. What changed is the simplest that does the
-same: an offset, a gain, or a mechanism that acts at rest (a dead zone, a heater whose resistance grows). Each is fitted
-alone, in place of all corrections of the input.
+An identified model needs no corrections of its signals. Where a re-fit needs those of one, and nearly all of the error
+returns without them, the device has changed, or the model is that of another one. What changed is the simplest that
+does the same: an offset, a gain, or a mechanism that acts at rest (a dead zone, a heater whose resistance grows, a
+current that leaks into the reading). Each is fitted alone, in place of all corrections of the signal.
 """
 
 from __future__ import annotations
@@ -27,30 +27,31 @@ from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residu
 from rtctl.diagnosis.result import Cause, Diagnosis
 from rtctl.diagnosis.search.request import SearchRequest
 from rtctl.diagnosis.search.stepwise import significance_level
-from rtctl.diagnosis.verification.whole_record_fits import Fits, HoldoutData, extend_model
+from rtctl.diagnosis.verification.loop_model import model_for_loop
+from rtctl.diagnosis.verification.whole_record_fits import Fits, HoldoutData
 
 KNOWN = "known"
 """Shape of a mechanism: share of its steady effect that the loops held already where they were identified."""
 START = 0.3
 """Share of its scale at which such a mechanism starts."""
 AS_CORRECTIONS = (
-    "the extended model has {} as corrections of the current, behind which its loops were identified again"
+    "the extended model has {} as corrections of the signal, behind which its loops were identified again"
 )
 SINCE = "The {} is {:.4g} {}, and was {:.4g} {} where the model was identified."
 
 
 class _Change(NamedTuple):
-    """One change of the input at rest, fitted in place of all corrections of the input."""
+    """One change of a signal at rest, fitted in place of all corrections of the signal."""
 
     id: str
     """Mechanism, or `parameter.<name>`."""
     fit: Hypothesis
 
 
-def explain_by_changed_input(
+def explain_by_changed_signals(
     answer: Diagnosis, request: SearchRequest, given: Simulation, holdout: HoldoutData
 ) -> Diagnosis:
-    """Return the answer with a change of the input at rest among its causes, where it needs one.
+    """Return the answer with a change of each signal at rest among its causes, where it needs one.
 
     Args:
         answer: The answer that the search gives.
@@ -58,18 +59,31 @@ def explain_by_changed_input(
         given: The model of the file.
         holdout: Test records.
     """
-    corrections = {one.name: one.value for one in given.parameters if one.declared.imitates and not one.fixed}
-    if not corrections or answer.stopped:
-        return answer
+    for signal in dict.fromkeys(one.declared.imitates for one in given.parameters if one.declared.imitates):
+        corrections = {
+            one.name: one.value
+            for one in given.parameters
+            if one.declared.imitates == signal and not one.fixed
+        }
+        if corrections and not answer.stopped:
+            answer = _explain(answer, request, given, holdout, corrections)
+    return answer
+
+
+def _explain(
+    answer: Diagnosis, request: SearchRequest, given: Simulation, holdout: HoldoutData,
+    corrections: Mapping[str, float],
+) -> Diagnosis:  # fmt: skip
+    """Return the answer with a change of the signal of these corrections (the file's values) among its causes."""
     refit = answer.search.hysteresis_refit  # loops that were learned behind a change fit nothing else
     compared = refit.before if refit else answer.fits.after.hypothesis
     thresholds = answer.problem.thresholds.report
-    least = thresholds.changed_input_misfit**2 * _promised_cost(answer.problem)
+    least = thresholds.changed_signal_misfit**2 * _promised_cost(answer.problem)
     if not _exceeds(answer, compared, corrections, least):
         return answer
     without = _fit(answer, compared.simulation, given, corrections)
     share = _returning_share(answer, compared, without)
-    if without is None or without.cost < least or share < thresholds.changed_input_share:
+    if without is None or without.cost < least or share < thresholds.changed_signal_share:
         return answer
     changes = _list_changes(answer, request.ids, given, compared.simulation, corrections)
     return _told(answer, request, given, holdout, without, changes, share) if changes else answer
@@ -99,7 +113,7 @@ def _told(
         notes = () if is_value else (AS_CORRECTIONS.format(cause.id),)
         answer = replace(answer, warnings=(*answer.warnings, *notes))
     fits = Fits(answer.fits.before if answer.causes else before, after)
-    extended, rehearse = extend_model(problem, request.model, after), problem.subject.rehearse
+    extended = model_for_loop(request, after)
     is_part = answer.verdict == "partly_explained"
     return replace(
         answer,
@@ -111,9 +125,9 @@ def _told(
             )
         ),
         fits=fits,
-        model=extended,
+        model=extended.model,
         gain=holdout.gain_of(fits, problem.subject.output),
-        loop=rehearse(request.model, extended, request.dataset.records) if rehearse else None,
+        loop=extended.rehearsal,
     )
 
 
@@ -147,7 +161,7 @@ def _promised_cost(problem: Problem) -> float:
 
 
 def _returning_share(answer: Diagnosis, compared: Hypothesis, without: Hypothesis | None) -> float:
-    """Return the fraction of the squared error beyond the noise that returns without corrections of the input."""
+    """Return the fraction of the squared error beyond the noise that returns without corrections of the signal."""
     if without is None:
         return 0.0
     removable = without.cost - noise_cost_of(answer.fits.after)
@@ -170,13 +184,15 @@ def _list_changes(
         held = {other: value for other, value in corrections.items() if other != name}
         found.append((f"parameter.{name}", _fit(answer, simulation, given, held)))
     acting = {one.id for one in simulation.mechanisms}
-    imitated = {name: one.declared.imitates for one in given.parameters for name in one.declared.imitates}
-    for identity in imitated:
+    imitated = [one.declared.imitates for one in given.parameters if one.name in corrections]
+    for identity in dict.fromkeys(name for names in imitated for name in names):
         if identity in ids and identity not in acting:
             found.append((identity, _fit_mechanism(answer, simulation, given, identity, corrections)))
     changes = [_Change(name, fit) for name, fit in found if fit is not None]
     changes.sort(key=lambda one: one.fit.cost)
-    most = changes[0].fit.cost * answer.problem.thresholds.report.changed_input_cost_ratio if changes else 0.0
+    most = (
+        changes[0].fit.cost * answer.problem.thresholds.report.changed_signal_cost_ratio if changes else 0.0
+    )
     return [one for one in changes if one.fit.cost <= most]
 
 
@@ -187,7 +203,7 @@ def _fit_mechanism(
     identity: str,
     corrections: Mapping[str, float],
 ) -> Hypothesis | None:
-    """Fit a mechanism of which the loops hold nothing, in place of all corrections of the input."""
+    """Fit a mechanism of which the loops hold nothing, in place of all corrections of the signal."""
     extended = simulation.extended((identity,))
     values: FloatArray = np.array([one.value for one in extended.parameters])
     for k, one in enumerate(extended.parameters):
@@ -234,7 +250,7 @@ def _same_law(change: _Change, given: Simulation) -> tuple[str, ...]:
 
 
 def _state_value(name: str, given: Simulation, tested: TestedHypothesis) -> str:
-    """Say which correction the input needs."""
+    """Say which correction the signal needs."""
     estimate = estimates_of(tested, "")[name]
     before = next(one.value for one in given.parameters if one.name == name)
     unit = plain_unit(estimate.unit)

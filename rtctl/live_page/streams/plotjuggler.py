@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from rtctl.border.errors import InputError
-from rtctl.live_page.recorded.followed import FollowedRun
-from rtctl.live_page.shown.description import Description, description_of
+from rtctl.live_page.shown.description import Description
+from rtctl.live_page.streams.follower import Follower
 
 LARGEST_PACKET = 8192
 """Bytes of a packet at most; a record that is longer by itself is sent alone."""
@@ -30,23 +30,23 @@ class PlotJugglerSender:
 
     def __init__(self, folder: Path, address: str) -> None:
         """Prepare to send. Raises InputError where `address` is not HOST:PORT or has no such host."""
-        self._followed = FollowedRun(folder)
-        self._description: Description | None = None
-        self._sent = 0
+        self._follower = Follower(folder)
+        self._is_first = True
         self._begin_s, self._newest_s = 0.0, -math.inf
         self._target = udp_target(address)
         self._socket = socket.socket(self._target[0], socket.SOCK_DGRAM)
 
     def look(self) -> int:
         """Send the rows since the last look; return how many."""
-        if self._followed.look() or self._description is None:
-            self._begin()
-        description, rows = self._description, self._followed.rows
-        if description is None or rows is None:
+        follower = self._follower
+        begun, description = follower.look(), follower.description
+        if description is None:
             return 0
-        count = rows.count()
-        first = max(self._sent, count - MOST_ROWS)
-        self._sent = count
+        count = description.rows.count()
+        if begun:
+            self._begin(description, count)
+        first = max(follower.taken, count - MOST_ROWS)
+        follower.taken = count
         if first >= count:
             return 0
         for packet in packets(list(self._records(description, first, count))):
@@ -56,23 +56,19 @@ class PlotJugglerSender:
 
     def close(self) -> None:
         """Close the socket and the files."""
-        self._followed.close()
+        self._follower.close()
         self._socket.close()
 
-    def _begin(self) -> None:
+    def _begin(self, description: Description, count: int) -> None:
         """Turn to another recording, whose time goes on where the last one ended."""
-        rows, place = self._followed.rows, self._followed.place
-        if rows is None or place is None:
-            return
-        is_first = self._description is None
-        self._description = description_of(rows, place)
-        self._sent = rows.count() - 1 if is_first else 0
-        first_s = self._description.time_s(self._sent)
-        self._begin_s = max(0.0, self._newest_s + self._description.period_s - first_s)
+        self._follower.taken = count - 1 if self._is_first else 0
+        self._is_first = False
+        first_s = description.time_s(self._follower.taken)
+        self._begin_s = max(0.0, self._newest_s + description.period_s - first_s)
 
     def _records(self, description: Description, first: int, last: int) -> Iterator[dict[str, Any]]:
         names = [signal.name for signal in description.shown.signals]
-        table = self._followed.rows.read(first, last) if self._followed.rows else {}
+        table = description.rows.read(first, last)
         samples = table["index"].tolist() if "index" in table else list(range(first, last))
         for sample, row in zip(samples, description.shown.matrix(table).T.tolist(), strict=True):
             self._newest_s = self._begin_s + description.period_s * sample
