@@ -196,6 +196,7 @@ def _track(
     from rtctl.loop.live_parameters import ParameterChannel
     from rtctl.models.provenance import doubt_of_model
     from rtctl.session.closed_loop import track
+    from rtctl.session.rest import begins_too_early
     from rtctl.session.run_files import write_run
     from rtctl.session.run_folder import RunFolder, run_metadata
     from rtctl.wiring import unused_extensions
@@ -204,6 +205,8 @@ def _track(
         report.say(f"does not change the loop: {', '.join(unused)}")
     if file is not None and (doubt := doubt_of_model(file)):
         report.say(doubt)
+    if early := begins_too_early(loaded.scenario, model):
+        report.say(early)
     changes, run_folder = ParameterChannel(), None
     if folder is not None:
         metadata = run_metadata(loaded.tables)
