@@ -1,0 +1,94 @@
+"""The firmware on an emulated Cortex-M4F: the bits of this computer's program, in the loop, and with a lost host."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+from firmware_cases import (
+    HOST,
+    assert_cools_and_waits_for_re_arming,
+    at_port,
+    board,
+    emulated_board,
+    emulator,
+    host_board,
+    kill_a_host_that_heats,
+    make,
+    mps2_image,
+)
+from wire_cases import summary_of
+
+from rtctl.border.records import VO2
+from rtctl.border.wire.serial_frames import Layout, Request, Settings, frame, settings_payload
+from rtctl.cli import main
+
+pytestmark = pytest.mark.wire
+
+
+@pytest.fixture(scope="module")
+def image(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The image of the emulated board."""
+    return mps2_image(tmp_path_factory.mktemp("emulated") / "firmware")
+
+
+@contextmanager
+def emulated_terminal(image: Path) -> Iterator[str]:
+    """The emulated board; yields the pseudo-terminal that is its serial line."""
+    with subprocess.Popen(emulator(image, "pty"), stdout=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stdout is not None
+            told = process.stdout.readline()
+            found = re.search(r"/dev/pts/\d+", told)
+            assert found, told
+            yield found.group()
+        finally:
+            process.kill()
+
+
+def test_it_computes_the_bits_of_the_program_of_this_computer(image: Path) -> None:
+    make(image.parents[1], "host")
+    rng = np.random.default_rng(386)
+    levels = np.repeat(rng.uniform(0.0, 9.0, 60), rng.integers(1, 8, 60))
+    requests = [
+        frame(Request.IDENTIFY, 0),
+        frame(Request.SETTINGS, 1, settings_payload(Settings(1, 1, 2, 1000))),
+        *(frame(Request.COMMAND, tag, Layout(VO2).command([level])) for tag, level in enumerate(levels)),
+        frame(
+            Request.SETTINGS, 1, settings_payload(Settings(1, 1, 1, 5000))
+        ),  # the lease ends inside the sample
+        frame(Request.COMMAND, 1000, Layout(VO2).command([8.0])),
+        frame(Request.COMMAND, 1001, Layout(VO2).command([8.0])),
+    ]
+    with board(emulated_board(image)) as emulated, board(host_board(image.parents[1] / HOST)) as host:
+        for request in requests:
+            assert emulated.answer(request) == host.answer(request), request.hex(" ")
+
+
+def test_a_model_of_the_same_device_tracks_steps_on_it(image: Path, model_file: Path, tmp_path: Path) -> None:
+    with emulated_terminal(image) as port:
+        words = [
+            "--set",
+            "driver.kind=serial",
+            "--set",
+            f"driver.port={port}",
+            "--set",
+            "scenario.duration=1 s",
+        ]
+        out = ["--out", str(tmp_path / "run"), "--quiet"]
+        assert main(["run", "steps", "--model", str(model_file), *words, *out]) == 0
+    assert summary_of(tmp_path / "run")["verdict"] == "pass"
+
+
+def test_a_host_that_is_killed_leaves_a_film_that_cools_and_waits_to_be_re_armed(
+    image: Path, tmp_path: Path
+) -> None:
+    with emulated_terminal(image) as port:
+        kill_a_host_that_heats(port, tmp_path)
+        with at_port(port) as device:
+            assert_cools_and_waits_for_re_arming(device)

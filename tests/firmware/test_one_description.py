@@ -1,0 +1,166 @@
+"""The firmware is the device that the Python definitions describe: the same constants, answers and film."""
+
+from __future__ import annotations
+
+import re
+import struct
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from firmware_cases import board, host_board, host_program
+
+from drivers import firmware
+from plant_sim.catalogue import bundled_plant
+from plant_sim.device import SimulatedDevice
+from plant_sim.wire.serial_server import SerialDevice
+from rtctl.border.records import VO2, DeviceStatus, Measurement
+from rtctl.border.wire.serial_frames import (
+    ERROR,
+    MAX_BODY,
+    REPLY,
+    VERSION,
+    ErrorCode,
+    FrameReader,
+    Layout,
+    Message,
+    Request,
+    Settings,
+    frame,
+    settings_payload,
+)
+from rtctl.wiring import load_plant
+
+pytestmark = pytest.mark.wire
+
+ROOT = Path(__file__).resolve().parents[2]
+LAYOUT = Layout(VO2)
+C_NAMES = {
+    "RS_VERSION": VERSION,
+    "RS_MAX_BODY": MAX_BODY,
+    "RS_REPLY": REPLY,
+    "RS_ERROR": ERROR,
+    **{f"RS_{one.name}": int(one) for kind in (Request, ErrorCode) for one in kind},
+    **{f"RS_{one.name}": int(one) for one in DeviceStatus if one is not DeviceStatus.WATCHDOG_TRIPPED},
+    "RS_TRIPPED": int(DeviceStatus.WATCHDOG_TRIPPED),
+}
+
+
+def test_the_header_has_the_numbers_of_the_python_definitions() -> None:
+    header = (firmware.SOURCES / "src" / "rtctl_serial.h").read_text(encoding="utf-8")
+    found = {name: int(value, 0) for name, value in re.findall(r"\b(RS_\w+) = (0x\w+|\d+)\b", header)}
+    assert found == C_NAMES
+
+
+def test_the_library_has_the_version_of_the_program() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    properties = (firmware.SOURCES / "library.properties").read_text(encoding="utf-8")
+    assert f"version={project['project']['version']}\n" in properties
+
+
+def random_request(rng: np.random.Generator, tag: int) -> bytes:
+    """Any message, most of them sound: commands in and out of range, settings, repeats, damaged and wrong ones."""
+    kind = rng.choice(
+        ["command", "read", "settings", "identify", "any", "damaged"], p=[0.6, 0.1, 0.15, 0.05, 0.05, 0.05]
+    )
+    if kind == "command":
+        level = rng.choice(
+            [rng.uniform(-2.0, 12.0), rng.uniform(3.0, 8.0), np.nan, np.inf], p=[0.3, 0.6, 0.05, 0.05]
+        )
+        return frame(Request.COMMAND, tag, struct.pack("<f", level))
+    if kind == "settings":  # lockstep throughout: what passes between two requests is then no matter
+        enable, lockstep, period = (
+            rng.choice([0, 1, 1, 1, 2]),
+            rng.choice([1, 1, 1, 7]),
+            rng.choice([0, 700, 1000, 5000]),
+        )
+        asked = Settings(int(enable), int(lockstep), int(rng.choice([0, 1, 2, 250])), int(period))
+        return frame(Request.SETTINGS, tag, settings_payload(asked))
+    if kind == "any":
+        return frame(int(rng.integers(0, 256)), tag, rng.bytes(int(rng.integers(0, 30))))
+    sound = frame({"read": Request.READ, "identify": Request.IDENTIFY, "damaged": Request.READ}[kind], tag)
+    if kind == "damaged":  # followed by a sound one, since silence is its answer
+        noise = bytearray(sound)
+        noise[2] ^= 1 << int(rng.integers(0, 8))
+        return rng.bytes(5) + b"\0" + bytes(noise) + frame(Request.READ, tag)
+    return sound
+
+
+def test_it_answers_random_messages_as_the_simulated_device_does(tmp_path: Path) -> None:
+    rng = np.random.default_rng(34)
+    simulated, reader = SerialDevice(SimulatedDevice(load_plant(bundled_plant("vo2_a")))), FrameReader()
+    lockstep = frame(Request.SETTINGS, 1, settings_payload(Settings(1, 1, 0, 1000)))
+    seen: set[tuple[int, int]] = set()
+    with board(host_board(host_program(tmp_path / "firmware"))) as device:
+        for tag in [1, *rng.integers(0, 40, 3000)]:  # few numbers, so that many are repeats
+            request = random_request(rng, int(tag)) if seen else lockstep
+            (found,), (wanted,) = (
+                reader.feed(device.answer(request)),
+                FrameReader().feed(simulated.receive(request)),
+            )
+            assert same(found, wanted), f"{request.hex(' ')}: {found} instead of {wanted}"
+            seen.add((found.type, status_of(found)))
+    assert {kind for kind, _ in seen} == {0x81, 0x82, 0x83, 0x84, 0xFF}
+    statuses = {status for kind, status in seen if kind == 0x81}
+    assert {1, 1 | 4, 1 | 2, 16, 1 | 2 | 16} <= statuses, "enabled, clamped, tripped, refused by each reason"
+
+
+def status_of(message: Message) -> int:
+    reading = LAYOUT.measurement(message.payload) if message.type in (0x81, 0x82) else None
+    return 0 if reading is None else reading.status
+
+
+def same(found: Message, wanted: Message) -> bool:
+    """To the byte, save for what the instruments' noise makes of a reading: here up to 300 ohm and 0.5 um."""
+    if found[:2] != wanted[:2] or found.type not in (0x81, 0x82):
+        return found == wanted
+    one, other = LAYOUT.measurement(found.payload), LAYOUT.measurement(wanted.payload)
+    assert isinstance(one, Measurement)
+    assert isinstance(other, Measurement)
+    near = abs(one.sensed[0] - other.sensed[0]) < 300.0 and abs(one.reference - other.reference) < 0.5
+    return near and one[2:] == other[2:]
+
+
+QUIET = {
+    r'white = "[^"]*"': 'white = "0 V"',
+    r'flicker = "[^"]*"': 'flicker = "0 1/Hz^0.5"',
+    r'reference = "[^"]*"': 'reference = "0 um"',
+    r"converter_bits = \d+": "converter_bits = 0",
+}
+
+
+def quiet_device(name: str, mixing: str, folder: Path) -> Path:
+    """The file of a bundled device with ideal instruments."""
+    text = bundled_plant(name).read_text(encoding="utf-8")
+    for pattern, ideal in {**QUIET, r'mixing = "\w+"': f'mixing = "{mixing}"'}.items():
+        text, count = re.subn(pattern, ideal, text)
+        assert count == 1, pattern
+    path = folder / f"{name}_{mixing}.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("name", "mixing"), [("vo2_a", "logarithmic"), ("vo2_b", "bruggeman"), ("vo2_a", "series")]
+)
+def test_its_film_is_that_of_the_simulated_device(name: str, mixing: str, tmp_path: Path) -> None:
+    path = quiet_device(name, mixing, tmp_path)
+    simulated = SimulatedDevice(load_plant(path))
+    simulated.set_clock(lockstep=True, period_us=1000)
+    simulated.set_enable(True)
+    rng = np.random.default_rng(2016)
+    levels = np.repeat(rng.uniform(3.0, 8.4, 120), rng.integers(1, 12, 120))  # whole and minor loops
+    readings = []
+    with board(host_board(host_program(tmp_path / "firmware", path))) as device:
+        device.ask(Request.SETTINGS, 1, settings_payload(Settings(1, 1, 0, 1000)))
+        for tag, level in enumerate(levels):
+            answer = device.ask(Request.COMMAND, tag, LAYOUT.command([level]))
+            own, other = LAYOUT.measurement(answer.payload), simulated.exchange((float(level),), tag)
+            assert own is not None
+            readings.append((own.sensed[0], other.sensed[0], own.reference, other.reference))
+    own_ohm, ohm, own_um, um = np.array(readings).T
+    assert ohm.max() > 5.0 * ohm.min()
+    # float32 against float64: rounded temperatures switch single domains a sample earlier or later, 1/8192 of a loop
+    assert np.abs(own_ohm / ohm - 1.0).max() < 1e-3
+    assert np.abs(own_um - um).max() < 0.02
