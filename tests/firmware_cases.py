@@ -145,7 +145,7 @@ period = "10 ms"
 [clock]
 mode = "live"
 timeout = "5 s"
-watchdog = "300 ms"
+watchdog = "1 s"
 [[excitation]]
 kind = "levels"
 hold = "600 s"
@@ -154,32 +154,24 @@ levels = ["80 %"]
 
 
 def kill_a_host_that_heats(port: str | Path, folder: Path) -> None:
-    """Run a level live through the port, with a watchdog of 300 ms; kill the program once it has recorded some rows."""
+    """Run a level live through the port, with a watchdog of 1 s; kill the program once it has recorded some rows."""
     scenario, out = folder / "hot.toml", folder / "hot"
     scenario.write_text(HOT, encoding="utf-8")
-    words = [
-        "run",
-        scenario,
-        "--out",
-        out,
-        "--quiet",
-        "--set",
-        "driver.kind=serial",
-        "--set",
-        f"driver.port={port}",
-    ]
-    with subprocess.Popen([sys.executable, "-m", "rtctl", *map(str, words)], start_new_session=True) as host:
+    wire = ["--set", "driver.kind=serial", "--set", f"driver.port={port}"]
+    words = [sys.executable, "-m", "rtctl", "acquire", str(scenario), "--out", str(out), *wire]
+    with subprocess.Popen(words, stderr=subprocess.PIPE) as host:
         try:
-            wait_until(lambda: host.poll() is not None or recorded_rows(out) >= 20, "no rows were recorded")
-            assert host.poll() is None, "the run has ended by itself"
+            assert host.stderr is not None
+            assert b"levels" in host.stderr.readline(), "it does not tell what it plays"
+            wait_until(lambda: recorded_rows(out) >= 20, "no rows were recorded")
         finally:
             host.kill()
 
 
 def recorded_rows(folder: Path) -> int:
-    """Rows of a recording under way that can be read; 0 while there is none."""
+    """Rows that an acquisition under way has recorded; 0 before it has begun."""
     try:
-        return len(Rows(folder / "signals.rec"))
+        return len(Rows(folder / "acquiring" / "signals.rec"))
     except (RtctlError, OSError):
         return 0
 
