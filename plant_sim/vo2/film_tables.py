@@ -6,6 +6,7 @@ Numbers are float32, written with the fewest digits that read back as the same b
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -78,7 +79,7 @@ def _array(kind: str, name: str, numbers: Iterable[str], size: int) -> str:
 
 def _nameplate(device: DeviceFile) -> Iterable[str]:
     current = device.current
-    name = device.plant.name.replace("\\", "\\\\").replace('"', '\\"')
+    name = re.sub(r'([\\"?])', r"\\\1", device.plant.name)  # ??/ is a backslash of C99
     yield "const board_nameplate board = {"
     yield f'    .name = "{name}",'
     yield from _fields({"low_mA": current.low, "high_mA": current.high, "safe_mA": current.safe})

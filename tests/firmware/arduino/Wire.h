@@ -1,0 +1,12 @@
+#pragma once
+#include <stddef.h>
+#include <stdint.h>
+
+struct TwoWire {
+    void begin();
+    void setClock(uint32_t hertz);
+    void beginTransmission(uint8_t address);
+    size_t write(uint8_t byte);
+    uint8_t endTransmission();
+};
+extern TwoWire Wire;
