@@ -79,18 +79,25 @@ class Board:
 
     def answer(self, request: bytes) -> bytes:
         """The bytes of one answer."""
-        os.write(self._in, request)
-        data, deadline_s = b"", time.monotonic() + DEADLINE_S
+        self.send(request)
+        data = b""
         while len(data) < 2 or data[-1] != 0:
-            ready = select.select([self._out], [], [], deadline_s - time.monotonic())[0]
-            assert ready, f"no answer to {request.hex(' ')} within {DEADLINE_S:g} s"
-            data += os.read(self._out, 4096)
+            data += self._received(f"no answer to {request.hex(' ')}")
         return data
 
     def ask(self, kind: int, tag: int, payload: bytes = b"") -> Message:
         """The answer to a message."""
         (message,) = self._reader.feed(self.answer(frame(kind, tag, payload)))
         return message
+
+    def send(self, request: bytes) -> None:
+        """Without waiting for an answer; fails where the device takes no bytes."""
+        assert select.select([], [self._in], [], DEADLINE_S)[1], f"no byte was taken within {DEADLINE_S:g} s"
+        os.write(self._in, request)
+
+    def _received(self, message: str) -> bytes:
+        assert select.select([self._out], [], [], DEADLINE_S)[0], f"{message} within {DEADLINE_S:g} s"
+        return os.read(self._out, 4096)
 
 
 @contextmanager

@@ -78,3 +78,13 @@ def test_a_line_that_babbles_keeps_no_lease_alive(tmp_path: Path) -> None:
         wait_until(
             lambda: status() & DeviceStatus.WATCHDOG_TRIPPED, "repeats of a command feed the watchdog:"
         )
+
+
+def test_a_host_that_reads_no_answers_does_not_stop_the_board(tmp_path: Path) -> None:
+    requests = 20_000 * frame(Request.READ, 3)  # their answers are many times what the line holds
+    with (
+        on_terminal(host_program(tmp_path / "firmware"), tmp_path / "film"),
+        at_port(tmp_path / "film") as device,
+    ):
+        for at in range(0, len(requests), 1000):
+            device.send(requests[at : at + 1000])  # fails where the board takes no more bytes
