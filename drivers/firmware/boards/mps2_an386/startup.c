@@ -2,7 +2,8 @@
 #include <stdint.h>
 #include <string.h>
 
-extern uint32_t ld_stack_top[], ld_data_load[], ld_data_begin[], ld_data_end[], ld_bss_begin[], ld_bss_end[];
+extern uint32_t ld_data_load[], ld_data_begin[], ld_data_end[], ld_bss_begin[], ld_bss_end[];
+void ld_stack_top(void); /* no function: where the stack begins, in the form of the other vectors */
 int main(void);
 void reset(void);
 void stop(void);
@@ -28,5 +29,5 @@ void stop(void)
 
 /* Exceptions 1 to 15. Interrupts stay masked: they only end the sleep of board_wait. */
 __attribute__((section(".vectors"), used)) static void (*const vectors[16])(void) = {
-    (void (*)(void))ld_stack_top, reset, stop, stop, stop, stop, stop, stop, stop, stop, stop, stop, stop, stop, stop, stop,
+    ld_stack_top, reset, stop, stop, stop, stop, stop, stop, stop, stop, stop, stop, stop, stop, stop, stop,
 };
