@@ -122,6 +122,20 @@ def same(found: Message, wanted: Message) -> bool:
     return near and one[2:] == other[2:]
 
 
+def test_a_lockstep_run_does_not_depend_on_how_long_the_device_has_waited_for_it(tmp_path: Path) -> None:
+    program = host_program(tmp_path / "firmware")
+    lockstep = frame(Request.SETTINGS, 9, settings_payload(Settings(1, 1, 0, 1000)))
+    commands = [frame(Request.COMMAND, tag, LAYOUT.command([8.0])) for tag in range(5)]
+
+    def answers(readings_before: int) -> list[bytes]:
+        with board(host_board(program)) as device:
+            for tag in range(readings_before):
+                device.ask(Request.READ, tag)
+            return [device.answer(request) for request in (lockstep, *commands)]
+
+    assert answers(0) == answers(7)
+
+
 QUIET = {
     r'white = "[^"]*"': 'white = "0 V"',
     r'flicker = "[^"]*"': 'flicker = "0 1/Hz^0.5"',
