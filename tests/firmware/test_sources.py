@@ -18,7 +18,7 @@ SKETCH = Path("examples", "rtctl_vo2", "rtctl_vo2.ino")
 STUB = Path(__file__).with_name("arduino")
 
 
-@pytest.mark.parametrize("converter", ["-DWITH_CONVERTER", "-UWITH_CONVERTER"])
+@pytest.mark.parametrize("converter", ["-DHEATER_PIN=A0", "-UHEATER_PIN"])
 def test_the_sketch_is_sound_with_a_converter_of_the_board_and_with_one_on_i2c(
     converter: str, tmp_path: Path
 ) -> None:

@@ -4,10 +4,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-static const int A1 = 15;
-#ifdef WITH_CONVERTER
-#define DAC0 14
-#endif
+static const int A0 = 14, A1 = 15;
 
 struct SerialPort {
     void begin(unsigned long baud);

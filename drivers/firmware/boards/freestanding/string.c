@@ -1,5 +1,4 @@
-/* A byte at a time: what they move here is short. Compiled with -fno-tree-loop-distribute-patterns, else a loop below
- * would be compiled into a call of itself. */
+/* A byte at a time: what they move here is short. Volatile, else a compiler would make of a loop a call of itself. */
 #include <string.h>
 
 void *memcpy(void *restrict to, const void *restrict from, size_t count)
@@ -9,7 +8,7 @@ void *memcpy(void *restrict to, const void *restrict from, size_t count)
 
 void *memmove(void *to, const void *from, size_t count)
 {
-    unsigned char *t = to;
+    volatile unsigned char *t = to;
     const unsigned char *f = from;
     if (t < f)
         for (size_t i = 0; i < count; i++)
@@ -22,7 +21,7 @@ void *memmove(void *to, const void *from, size_t count)
 
 void *memset(void *to, int value, size_t count)
 {
-    unsigned char *t = to;
+    volatile unsigned char *t = to;
     while (count--)
         t[count] = (unsigned char)value;
     return to;

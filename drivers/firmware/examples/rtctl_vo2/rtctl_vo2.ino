@@ -2,7 +2,6 @@
  *
  * Circuit (docs/firmware.md): a converter's voltage sets the heater current through an operational amplifier, and the
  * film's resistance is the lower half of a voltage divider. Change the constants to those of your circuit.
- * Boards with a converter of their own (UNO R4, Zero, MKR, Due, Teensy 3) use it, all others an MCP4725 on I2C.
  * Time is that of the film: there is no lockstep (clock.mode = "live" in the scenario).
  */
 #include <rtctl_board.h>
@@ -16,31 +15,31 @@ static const float FULL_SCALE_MA = 10.0f;     /* heater current at the converter
 static const float DIVIDER_OHM = 47e3f;       /* upper half of the divider, to the reference of the analog input */
 static const int SENSE_PIN = A1;
 static const int READINGS = 8;                /* means of so many; each takes some microseconds */
-static const int DAC_BITS = 12, ADC_BITS = 12;
-
-#if defined(DAC0)
-static const int HEATER_PIN = DAC0;
-#elif defined(DAC)
-static const int HEATER_PIN = DAC;
-#elif defined(__MK20DX256__) /* Teensy 3.2 */
-static const int HEATER_PIN = A14;
-#elif defined(__MK64FX512__) || defined(__MK66FX1M0__) /* Teensy 3.5, 3.6 */
-static const int HEATER_PIN = A21;
+static const int DAC_BITS = 12;
+#ifdef __AVR__
+static const int ADC_BITS = 10;               /* UNO, Nano, Mega: their analog inputs have no other resolution */
 #else
-#define HEATER_MCP4725
+static const int ADC_BITS = 12;
+#endif
+
+/* Remove the slashes if the board has a converter of its own, and name its pin: UNO R4, Zero, MKR: A0; Teensy 3.2: A14,
+ * Teensy 3.5 and 3.6: A21. Else an MCP4725 on I2C is used; so on a Due, whose converter does not reach 0 V. */
+// #define HEATER_PIN A0
+
+#ifndef HEATER_PIN
 #include <Wire.h>
 static const uint8_t MCP4725_ADDRESS = 0x60;
 #endif
 
 static void set_converter(uint16_t counts)
 {
-#if defined(HEATER_MCP4725)
+#ifdef HEATER_PIN
+    analogWrite(HEATER_PIN, counts);
+#else
     Wire.beginTransmission(MCP4725_ADDRESS); /* data sheet, figure 6-1: fast mode, two bytes */
     Wire.write((uint8_t)(counts >> 8));
     Wire.write((uint8_t)(counts & 0xFF));
     Wire.endTransmission();
-#else
-    analogWrite(HEATER_PIN, counts);
 #endif
 }
 
@@ -115,13 +114,13 @@ void board_power_up(void)
 
 void setup(void)
 {
-#if defined(HEATER_MCP4725)
+#ifdef HEATER_PIN
+    analogWriteResolution(DAC_BITS);
+#else
     Wire.begin();
     Wire.setClock(400000);
-#else
-    analogWriteResolution(DAC_BITS);
 #endif
-#if !defined(__AVR__)
+#ifndef __AVR__
     analogReadResolution(ADC_BITS);
 #endif
     Serial.begin(115200);
