@@ -58,16 +58,16 @@ def _made(folder: Path, target: str, product: str, tools: tuple[str, ...]) -> Pa
     return folder / product
 
 
-def make(folder: Path, target: str) -> None:
-    """Build a target of the firmware's Makefile; warnings are errors there."""
-    done = subprocess.run(["make", "-C", folder, target], capture_output=True, text=True, check=False)
+def make(folder: Path, *words: str) -> None:
+    """Build targets of the firmware's Makefile; warnings are errors there."""
+    done = subprocess.run(["make", "-C", folder, *words], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
 
 
-def emulator(image: Path, serial: str) -> list[str]:
+def emulator(image: Path, serial: str, machine: str = "mps2-an386") -> list[str]:
     """The command that runs an image with the board's serial line at `serial`."""
     quiet = ["-display", "none", "-monitor", "none"]
-    return ["qemu-system-arm", "-machine", "mps2-an386", *quiet, "-serial", serial, "-kernel", str(image)]
+    return ["qemu-system-arm", "-machine", machine, *quiet, "-serial", serial, "-kernel", str(image)]
 
 
 class Board:
@@ -133,11 +133,6 @@ def at_port(port: str | Path) -> Iterator[Board]:
 def host_board(program: Path) -> list[str]:
     """The command of the program of this computer."""
     return [str(program), "-"]
-
-
-def emulated_board(image: Path) -> list[str]:
-    """The command of the emulated board."""
-    return emulator(image, "stdio")
 
 
 @contextmanager

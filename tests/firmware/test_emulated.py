@@ -15,7 +15,6 @@ from firmware_cases import (
     assert_cools_and_waits_for_re_arming,
     at_port,
     board,
-    emulated_board,
     emulator,
     host_board,
     kill_a_host_that_heats,
@@ -51,23 +50,35 @@ def emulated_terminal(image: Path) -> Iterator[str]:
             process.kill()
 
 
-def test_it_computes_the_bits_of_the_program_of_this_computer(image: Path) -> None:
-    make(image.parents[1], "host")
+def assert_same_bits(image: Path, machine: str, host: Path) -> None:
+    """Whole and minor loops in lockstep, limits, and leases that end inside a sample."""
     rng = np.random.default_rng(386)
     levels = np.repeat(rng.uniform(0.0, 9.0, 60), rng.integers(1, 8, 60))
     requests = [
         frame(Request.IDENTIFY, 0),
         frame(Request.SETTINGS, 1, settings_payload(Settings(1, 1, 2, 1000))),
         *(frame(Request.COMMAND, tag, Layout(VO2).command([level])) for tag, level in enumerate(levels)),
-        frame(
-            Request.SETTINGS, 1, settings_payload(Settings(1, 1, 1, 5000))
-        ),  # the lease ends inside the sample
-        frame(Request.COMMAND, 1000, Layout(VO2).command([8.0])),
-        frame(Request.COMMAND, 1001, Layout(VO2).command([8.0])),
+        frame(Request.SETTINGS, 1, settings_payload(Settings(1, 1, 1, 5000))),
+        *(frame(Request.COMMAND, tag, Layout(VO2).command([8.0])) for tag in (1000, 1001)),
     ]
-    with board(emulated_board(image)) as emulated, board(host_board(image.parents[1] / HOST)) as host:
+    with board(emulator(image, "stdio", machine)) as emulated, board(host_board(host)) as program:
         for request in requests:
-            assert emulated.answer(request) == host.answer(request), request.hex(" ")
+            assert emulated.answer(request) == program.answer(request), request.hex(" ")
+
+
+def test_it_computes_the_bits_of_the_program_of_this_computer(image: Path) -> None:
+    folder = image.parents[1]
+    make(folder, "host")
+    assert_same_bits(image, "mps2-an386", folder / HOST)
+
+
+def test_a_processor_without_floating_point_computes_the_same_bits(image: Path) -> None:
+    folder = image.parents[1]
+    aside = image.rename(folder / "cortex_m4f.elf")
+    make(folder, "host", "mps2", "ARM=-mcpu=cortex-m3 -mthumb")
+    cortex_m3 = image.rename(folder / "cortex_m3.elf")
+    aside.rename(image)
+    assert_same_bits(cortex_m3, "mps2-an385", folder / HOST)
 
 
 def test_a_model_of_the_same_device_tracks_steps_on_it(image: Path, model_file: Path, tmp_path: Path) -> None:

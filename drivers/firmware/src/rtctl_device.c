@@ -95,8 +95,8 @@ static void set_clock(bool lockstep, uint32_t period_us)
 {
     if (lockstep != device.lockstep) {
         device.lockstep = board_set_lockstep(lockstep);
-        if (device.lockstep && !device.has_sequence) { /* a lockstep run does not depend on how long it has been waited for */
-            board_power_up();
+        if (device.lockstep && !device.has_sequence) {
+            board_power_up(); /* a lockstep run does not depend on how long the device has waited for it */
             device.counter = 0;
             device.time_us = 0;
         }
