@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import json
+import re
+import shlex
 import shutil
 import subprocess
 from pathlib import Path
 
+import numpy as np
 import pytest
-from firmware_cases import board, host_board, host_program, sources
+from firmware_cases import HOST, board, host_board, host_program, make, sources
 
+from drivers.firmware import SOURCES
 from plant_sim.catalogue import bundled_plant
-from rtctl.border.wire.serial_frames import Request, identity_of
-from rtctl.cli import main
+from rtctl.border.wire.serial_frames import FrameReader, Request, frame, identity_of
+from rtctl.cli import build_parser, main
 
+ROOT = Path(__file__).resolve().parents[2]
 SKETCH = Path("examples", "rtctl_vo2", "rtctl_vo2.ino")
 STUB = Path(__file__).with_name("arduino")
 
@@ -84,3 +89,36 @@ def test_a_name_with_quotes_and_the_longest_one_are_identities(tmp_path: Path) -
         identity = identity_of(running.ask(Request.IDENTIFY, 1).payload)
     assert identity is not None
     assert identity.name == '16 "chars" \\ ??/'
+
+
+def test_the_commands_of_the_page_are_commands() -> None:
+    page = (ROOT / "docs" / "firmware.md").read_text(encoding="utf-8")
+    makefile = (SOURCES / "Makefile").read_text(encoding="utf-8")
+    blocks = "\n".join(re.findall(r"```sh\n(.*?)```", page, flags=re.DOTALL)).replace("\\\n", " ")
+    commands = [shlex.split(line, comments=True) for line in blocks.splitlines() if line]
+    verbs = [words[1] for words in commands if words[0] == "rtctl" and build_parser().parse_args(words[1:])]
+    assert verbs == ["firmware", "acquire", "identify", "run", "run", "acquire"]
+    targets = [words[3] for words in commands if words[0] == "make"]
+    assert targets == ["host", "emulate"]
+    assert all(re.search(rf"^{target}:", makefile, flags=re.MULTILINE) for target in targets)
+
+
+def test_no_bytes_lead_the_device_outside_of_its_memory(tmp_path: Path) -> None:
+    folder = sources(tmp_path / "firmware")
+    make(folder, "host", "HOST_CC=gcc -g -fsanitize=address,undefined -fno-sanitize-recover")
+    rng = np.random.default_rng(34)
+    noise = bytearray()
+    for _ in range(300):
+        body = rng.bytes(int(rng.integers(0, 246)))
+        sound = frame(
+            int(rng.choice([1, 2, 3, 4, 5, 255])),
+            int(rng.integers(0, 65536)),
+            body[: rng.choice([4, 8, 245])],
+        )
+        hurt = bytearray(sound)
+        hurt[int(rng.integers(0, len(hurt)))] ^= 1 << int(rng.integers(0, 8))
+        noise += rng.bytes(int(rng.integers(0, 400))) + sound + hurt + b"\xff" * int(rng.integers(0, 600))
+    noise += b"\0" + frame(Request.IDENTIFY, 77)
+    done = subprocess.run([folder / HOST, "-"], input=noise, capture_output=True, timeout=60.0, check=False)
+    assert done.returncode == 0, done.stderr.decode()
+    assert FrameReader().feed(done.stdout)[-1].tag == 77
