@@ -12,6 +12,7 @@ import tty
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import IO
 
 import pytest
 
@@ -73,8 +74,8 @@ def emulator(image: Path, serial: str, machine: str = "mps2-an386") -> list[str]
 class Board:
     """A device at a line whose ends are file descriptors."""
 
-    def __init__(self, to_device: int, from_device: int) -> None:
-        self._in, self._out = to_device, from_device
+    def __init__(self, to_device: int, from_device: int, beside: IO[bytes] | None = None) -> None:
+        self._in, self._out, self._beside = to_device, from_device, beside
         self._reader = FrameReader()
 
     def answer(self, request: bytes) -> bytes:
@@ -95,6 +96,11 @@ class Board:
         assert select.select([], [self._in], [], DEADLINE_S)[1], f"no byte was taken within {DEADLINE_S:g} s"
         os.write(self._in, request)
 
+    def told(self, lines: int) -> list[bytes]:
+        """Lines of its standard error, waited for."""
+        assert self._beside is not None
+        return [self._beside.readline() for _ in range(lines)]
+
     def assert_silent(self, time_s: float) -> None:
         """For so long nothing arrives."""
         answers = b""
@@ -110,11 +116,12 @@ class Board:
 @contextmanager
 def board(command: list[str]) -> Iterator[Board]:
     """A device started by `command`, with its serial line on standard input and output."""
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe) as process:
         try:
             assert process.stdin is not None
             assert process.stdout is not None
-            yield Board(process.stdin.fileno(), process.stdout.fileno())
+            yield Board(process.stdin.fileno(), process.stdout.fileno(), process.stderr)
         finally:
             process.kill()
 

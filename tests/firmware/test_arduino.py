@@ -31,7 +31,14 @@ CORE_FILES = (
     "libraries/Wire/src/Wire.cpp", "libraries/Wire/src/utility/twi.c",
 )  # fmt: skip
 INCLUDE = [f"-I{CORE / folder}" for folder in ("cores/arduino", "variants/standard", "libraries/Wire/src")]
-FLAGS = ["-mmcu=atmega328p", "-DF_CPU=16000000L", "-DARDUINO=10813", "-DARDUINO_ARCH_AVR", "-Os"]
+FLAGS = [
+    "-mmcu=atmega328p",
+    "-DF_CPU=16000000L",
+    "-DARDUINO=10813",
+    "-DARDUINO_ARCH_AVR",
+    "-DWIRE_HAS_TIMEOUT",
+    "-Os",
+]
 SECTIONS = ["-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections", "-fno-threadsafe-statics"]
 RAM_BYTES = 2048
 
@@ -89,7 +96,9 @@ def measurement(payload: bytes) -> Measurement:
 
 def test_it_keeps_limits_and_lease_and_has_no_lockstep(uno: list[str]) -> None:
     with board([*uno, "2500"]) as device:
-        assert identity_of(device.ask(Request.IDENTIFY, 1).payload)[3] == "MY FILM"
+        identity = identity_of(device.ask(Request.IDENTIFY, 1).payload)
+        assert identity is not None
+        assert identity.name == "MY FILM"
         asked = Settings(enable=1, lockstep=1, watchdog_ms=200, period_us=1000)
         in_force = settings_of(device.ask(Request.SETTINGS, 2, settings_payload(asked)).payload)
         assert in_force == asked._replace(lockstep=0)
@@ -106,6 +115,8 @@ def test_it_keeps_limits_and_lease_and_has_no_lockstep(uno: list[str]) -> None:
         )
         refused = status(device, Request.COMMAND, LAYOUT.command([3.0]))
         assert refused & DeviceStatus.REFUSED
+        # converter of 4096 counts to 10 mA: 0 at the start, 3 mA, 8.5 mA (the limit), 0 mA (safe)
+        assert [int(counts) for counts in device.told(4)] == [0, 1229, 3481, 0]
 
 
 def status(device: Board, kind: Request, payload: bytes = b"") -> int:
@@ -119,8 +130,11 @@ def test_it_leaves_a_quarter_of_the_memory_to_the_stack(uno: list[str]) -> None:
     assert initialised + zeroed <= 0.75 * RAM_BYTES
 
 
-def test_a_short_circuit_is_a_sensor_fault(uno: list[str]) -> None:
-    with board([*uno, "0"]) as device:
+@pytest.mark.parametrize("fault", [("0",), ("5000",), ("2500", "without-converter")], ids=" ".join)
+def test_a_short_circuit_a_broken_wire_and_a_lost_converter_are_sensor_faults(
+    fault: tuple[str, ...], uno: list[str]
+) -> None:
+    with board([*uno, *fault]) as device:
         reading = measurement(device.ask(Request.READ, 1).payload)
         assert math.isnan(reading.sensed[0])
         assert reading.status == DeviceStatus.SENSOR_FAULT

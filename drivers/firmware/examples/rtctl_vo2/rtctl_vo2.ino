@@ -31,6 +31,8 @@ static const int ADC_BITS = 12;
 static const uint8_t MCP4725_ADDRESS = 0x60;
 #endif
 
+static bool converter_answers = true;
+
 static void set_converter(uint16_t counts)
 {
 #ifdef HEATER_PIN
@@ -39,7 +41,7 @@ static void set_converter(uint16_t counts)
     Wire.beginTransmission(MCP4725_ADDRESS); /* data sheet, figure 6-1: fast mode, two bytes */
     Wire.write((uint8_t)(counts >> 8));
     Wire.write((uint8_t)(counts & 0xFF));
-    Wire.endTransmission();
+    converter_answers = Wire.endTransmission() == 0;
 #endif
 }
 
@@ -52,7 +54,10 @@ int board_receive(void)
 
 void board_send(const uint8_t *bytes, size_t count)
 {
-    if (Serial.availableForWrite() >= (int)count) /* else nobody reads: the lease must end all the same */
+    static bool reports_room; /* some cores always say 0, those of lines that go on without a reader */
+    int room = Serial.availableForWrite();
+    reports_room = reports_room || room > 0;
+    if (!reports_room || room >= (int)count) /* else nobody reads: the lease must end all the same */
         Serial.write(bytes, count);
 }
 
@@ -85,8 +90,8 @@ float board_read_resistance(void)
     for (int k = 0; k < READINGS; k++)
         counts += (float)analogRead(SENSE_PIN);
     counts /= (float)READINGS;
-    if (counts < 1.0f || counts > full - 2.0f)
-        return NAN; /* a short circuit or a broken wire */
+    if (!converter_answers || counts < 1.0f || counts > full - 2.0f)
+        return NAN; /* nobody knows which current flows; a short circuit; a broken wire */
     return DIVIDER_OHM * counts / (full - counts);
 }
 
@@ -119,6 +124,9 @@ void setup(void)
 #else
     Wire.begin();
     Wire.setClock(400000);
+#ifdef WIRE_HAS_TIMEOUT
+    Wire.setWireTimeout(5000, true); /* us; else a disturbed line may stop the program */
+#endif
 #endif
 #ifndef __AVR__
     analogReadResolution(ADC_BITS);
