@@ -41,28 +41,25 @@ def sources(folder: Path, film: str | Path = "vo2_a") -> Path:
     return folder
 
 
-def host_program(folder: Path, film: str | Path = "vo2_a") -> Path:
+def host_program(folder: Path, film: str | Path = "vo2_a", *words: str) -> Path:
     """The device as a program of this computer; skips the test where there is no gcc or make."""
-    return _made(sources(folder, film), "host", HOST, ("gcc", "make"))
+    return _made(folder, film, HOST, ("gcc", "make"), "host", *words)
 
 
-def mps2_image(folder: Path, film: str | Path = "vo2_a") -> Path:
+def mps2_image(folder: Path, *words: str) -> Path:
     """The device for the emulated board; skips the test where the compiler or the emulator is missing."""
-    return _made(sources(folder, film), "mps2", MPS2, ("arm-none-eabi-gcc", "qemu-system-arm", "make"))
+    return _made(folder, "vo2_a", MPS2, ("arm-none-eabi-gcc", "qemu-system-arm", "make"), "mps2", *words)
 
 
-def _made(folder: Path, target: str, product: str, tools: tuple[str, ...]) -> Path:
+def _made(folder: Path, film: str | Path, product: str, tools: tuple[str, ...], *words: str) -> Path:
+    """What `make` with these words builds; warnings are errors there."""
     missing = [tool for tool in tools if shutil.which(tool) is None]
     if missing:
         pytest.skip(f"{', '.join(missing)} missing (Debian: gcc-arm-none-eabi, qemu-system-arm, gcc, make)")
-    make(folder, target)
-    return folder / product
-
-
-def make(folder: Path, *words: str) -> None:
-    """Build targets of the firmware's Makefile; warnings are errors there."""
-    done = subprocess.run(["make", "-C", folder, *words], capture_output=True, text=True, check=False)
+    command = ["make", "-C", sources(folder, film), *words]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+    return folder / product
 
 
 def emulator(image: Path, serial: str, machine: str = "mps2-an386") -> list[str]:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
-from firmware_cases import host_program, on_terminal
+from firmware_cases import on_terminal
 from peers import PtyEnd, Script, scripted
 from serial_cases import sessions
 
@@ -192,12 +192,14 @@ levels = ["20 %", "80 %"]
 
 
 @pytest.mark.parametrize("pipeline", [None, 0, 2], ids=["lockstep", "live", "pipelined"])
-def test_the_loop_drives_the_firmware_over_a_pty(pipeline: int | None, tmp_path: Path) -> None:
+def test_the_loop_drives_the_firmware_over_a_pty(
+    pipeline: int | None, host_firmware: Path, tmp_path: Path
+) -> None:
     file = tmp_path / "scenario.toml"
     file.write_text(SCENARIO, encoding="utf-8")
     live = ["clock.mode=live", f"driver.pipeline={pipeline}", "clock.timeout=2 s", "clock.watchdog=4 s"]
     settings = [word for setting in ([] if pipeline is None else live) for word in ("--set", setting)]
-    with on_terminal(host_program(tmp_path / "firmware"), tmp_path / "heater") as wire:
+    with on_terminal(host_firmware, tmp_path / "heater") as wire:
         assert main(["acquire", str(file), "--out", str(tmp_path / "data"), "--quiet", *wire, *settings]) == 0
     (record,) = (tmp_path / "data").glob("r0*.parquet")
     resistance = pq.read_table(record)["resistance"].to_numpy()

@@ -8,7 +8,7 @@ from binascii import crc_hqx
 from pathlib import Path
 
 import pytest
-from firmware_cases import board, host_board, host_program
+from firmware_cases import board, host_board
 from hypothesis import given
 from hypothesis import strategies as st
 from peers import PtyEnd, scripted
@@ -48,8 +48,8 @@ def test_the_driver_says_what_the_page_says() -> None:
 
 
 @pytest.mark.wire
-def test_the_firmware_answers_what_the_page_says_to_the_byte(tmp_path: Path) -> None:
-    with board(host_board(host_program(tmp_path / "firmware"))) as device:
+def test_the_firmware_answers_what_the_page_says_to_the_byte(host_firmware: Path) -> None:
+    with board(host_board(host_firmware)) as device:
         for exchange in [exchange for session in sessions() for exchange in session]:
             assert device.answer(exchange.request) == exchange.reply, exchange.what
 

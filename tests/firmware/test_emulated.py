@@ -11,14 +11,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from firmware_cases import (
-    HOST,
     assert_cools_and_waits_for_re_arming,
     at_port,
     board,
     emulator,
     host_board,
     kill_a_host_that_heats,
-    make,
     mps2_image,
 )
 from wire_cases import summary_of
@@ -66,19 +64,15 @@ def assert_same_bits(image: Path, machine: str, host: Path) -> None:
             assert emulated.answer(request) == program.answer(request), request.hex(" ")
 
 
-def test_it_computes_the_bits_of_the_program_of_this_computer(image: Path) -> None:
-    folder = image.parents[1]
-    make(folder, "host")
-    assert_same_bits(image, "mps2-an386", folder / HOST)
+def test_it_computes_the_bits_of_the_program_of_this_computer(image: Path, host_firmware: Path) -> None:
+    assert_same_bits(image, "mps2-an386", host_firmware)
 
 
-def test_a_processor_without_floating_point_computes_the_same_bits(image: Path) -> None:
-    folder = image.parents[1]
-    aside = image.rename(folder / "cortex_m4f.elf")
-    make(folder, "host", "mps2", "ARM=-mcpu=cortex-m3 -mthumb")
-    cortex_m3 = image.rename(folder / "cortex_m3.elf")
-    aside.rename(image)
-    assert_same_bits(cortex_m3, "mps2-an385", folder / HOST)
+def test_a_processor_without_floating_point_computes_the_same_bits(
+    host_firmware: Path, tmp_path: Path
+) -> None:
+    image = mps2_image(tmp_path / "firmware", "ARM=-mcpu=cortex-m3 -mthumb")
+    assert_same_bits(image, "mps2-an385", host_firmware)
 
 
 def test_a_model_of_the_same_device_tracks_steps_on_it(image: Path, model_file: Path, tmp_path: Path) -> None:

@@ -10,7 +10,6 @@ from firmware_cases import (
     at_port,
     board,
     host_board,
-    host_program,
     kill_a_host_that_heats,
     on_terminal,
     wait_until,
@@ -33,8 +32,10 @@ pytestmark = pytest.mark.wire
 SHORT = ("--set", "scenario.duration=1 s")
 
 
-def test_a_model_of_the_same_device_tracks_steps_on_the_firmware(model_file: Path, tmp_path: Path) -> None:
-    with on_terminal(host_program(tmp_path / "firmware"), tmp_path / "film") as wire:
+def test_a_model_of_the_same_device_tracks_steps_on_the_firmware(
+    model_file: Path, host_firmware: Path, tmp_path: Path
+) -> None:
+    with on_terminal(host_firmware, tmp_path / "film") as wire:
         out = ("--out", str(tmp_path / "run"))
         assert main(["run", "steps", "--model", str(model_file), *wire, *SHORT, *out, "--quiet"]) == 0
     summary = summary_of(tmp_path / "run")
@@ -43,9 +44,11 @@ def test_a_model_of_the_same_device_tracks_steps_on_the_firmware(model_file: Pat
 
 
 @pytest.mark.slow
-def test_a_model_that_was_identified_on_the_firmware_tracks_sines_on_it(tmp_path: Path) -> None:
+def test_a_model_that_was_identified_on_the_firmware_tracks_sines_on_it(
+    host_firmware: Path, tmp_path: Path
+) -> None:
     model = tmp_path / "model.toml"
-    with on_terminal(host_program(tmp_path / "firmware"), tmp_path / "film") as wire:
+    with on_terminal(host_firmware, tmp_path / "film") as wire:
         assert main(["acquire", "acquire_vo2", *wire, "--out", str(tmp_path / "data"), "--quiet"]) == 0
         assert (
             main(["identify", str(tmp_path / "data" / "dataset.toml"), "--out", str(model), "--quiet"]) == 0
@@ -56,16 +59,18 @@ def test_a_model_that_was_identified_on_the_firmware_tracks_sines_on_it(tmp_path
             assert summary_of(tmp_path / scenario)["verdict"] == "pass"
 
 
-def test_a_host_that_is_killed_leaves_a_film_that_cools_and_waits_to_be_re_armed(tmp_path: Path) -> None:
-    with on_terminal(host_program(tmp_path / "firmware"), tmp_path / "film"):
+def test_a_host_that_is_killed_leaves_a_film_that_cools_and_waits_to_be_re_armed(
+    host_firmware: Path, tmp_path: Path
+) -> None:
+    with on_terminal(host_firmware, tmp_path / "film"):
         kill_a_host_that_heats(tmp_path / "film", tmp_path)
         with at_port(tmp_path / "film") as device:
             assert_cools_and_waits_for_re_arming(device)
 
 
-def test_a_line_that_babbles_keeps_no_lease_alive(tmp_path: Path) -> None:
+def test_a_line_that_babbles_keeps_no_lease_alive(host_firmware: Path) -> None:
     command = Layout(VO2).command([8.0])
-    with board(host_board(host_program(tmp_path / "firmware"))) as device:
+    with board(host_board(host_firmware)) as device:
         device.ask(Request.SETTINGS, 1, settings_payload(Settings(1, 0, 50, 1000)))
         device.ask(Request.COMMAND, 2, command)
         repeated = frame(Request.COMMAND, 2, command) + bytes(range(1, 256))
@@ -80,10 +85,10 @@ def test_a_line_that_babbles_keeps_no_lease_alive(tmp_path: Path) -> None:
         )
 
 
-def test_a_host_that_reads_no_answers_does_not_stop_the_board(tmp_path: Path) -> None:
+def test_a_host_that_reads_no_answers_does_not_stop_the_board(host_firmware: Path, tmp_path: Path) -> None:
     requests = 20_000 * frame(Request.READ, 3)  # their answers are many times what the line holds
     with (
-        on_terminal(host_program(tmp_path / "firmware"), tmp_path / "film"),
+        on_terminal(host_firmware, tmp_path / "film"),
         at_port(tmp_path / "film") as device,
     ):
         for at in range(0, len(requests), 1000):

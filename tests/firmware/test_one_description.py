@@ -87,12 +87,12 @@ def random_request(rng: np.random.Generator, tag: int) -> bytes:
     return sound
 
 
-def test_it_answers_random_messages_as_the_simulated_device_does(tmp_path: Path) -> None:
+def test_it_answers_random_messages_as_the_simulated_device_does(host_firmware: Path) -> None:
     rng = np.random.default_rng(34)
     simulated, reader = SerialDevice(SimulatedDevice(load_plant(bundled_plant("vo2_a")))), FrameReader()
     lockstep = frame(Request.SETTINGS, 1, settings_payload(Settings(1, 1, 0, 1000)))
     seen: set[tuple[int, int]] = set()
-    with board(host_board(host_program(tmp_path / "firmware"))) as device:
+    with board(host_board(host_firmware)) as device:
         for tag in [1, *rng.integers(0, 40, 3000)]:  # few numbers, so that many are repeats
             request = random_request(rng, int(tag)) if seen else lockstep
             (found,), (wanted,) = (
@@ -122,13 +122,12 @@ def same(found: Message, wanted: Message) -> bool:
     return near and one[2:] == other[2:]
 
 
-def test_a_lockstep_run_does_not_depend_on_how_long_the_device_has_waited_for_it(tmp_path: Path) -> None:
-    program = host_program(tmp_path / "firmware")
+def test_a_lockstep_run_does_not_depend_on_how_long_the_device_has_waited_for_it(host_firmware: Path) -> None:
     lockstep = frame(Request.SETTINGS, 9, settings_payload(Settings(1, 1, 0, 1000)))
     commands = [frame(Request.COMMAND, tag, LAYOUT.command([8.0])) for tag in range(5)]
 
     def answers(readings_before: int) -> list[bytes]:
-        with board(host_board(program)) as device:
+        with board(host_board(host_firmware)) as device:
             for tag in range(readings_before):
                 device.ask(Request.READ, tag)
             return [device.answer(request) for request in (lockstep, *commands)]

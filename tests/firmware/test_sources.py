@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from firmware_cases import HOST, board, host_board, host_program, make, sources
+from firmware_cases import board, host_board, host_program, sources
 
 from drivers.firmware import SOURCES
 from plant_sim.catalogue import bundled_plant
@@ -104,8 +104,8 @@ def test_the_commands_of_the_page_are_commands() -> None:
 
 
 def test_no_bytes_lead_the_device_outside_of_its_memory(tmp_path: Path) -> None:
-    folder = sources(tmp_path / "firmware")
-    make(folder, "host", "HOST_CC=gcc -g -fsanitize=address,undefined -fno-sanitize-recover")
+    checked = "HOST_CC=gcc -g -fsanitize=address,undefined -fno-sanitize-recover"
+    program = host_program(tmp_path / "firmware", "vo2_a", checked)
     rng = np.random.default_rng(34)
     noise = bytearray()
     for _ in range(300):
@@ -119,6 +119,6 @@ def test_no_bytes_lead_the_device_outside_of_its_memory(tmp_path: Path) -> None:
         hurt[int(rng.integers(0, len(hurt)))] ^= 1 << int(rng.integers(0, 8))
         noise += rng.bytes(int(rng.integers(0, 400))) + sound + hurt + b"\xff" * int(rng.integers(0, 600))
     noise += b"\0" + frame(Request.IDENTIFY, 77)
-    done = subprocess.run([folder / HOST, "-"], input=noise, capture_output=True, timeout=60.0, check=False)
+    done = subprocess.run([program, "-"], input=noise, capture_output=True, timeout=60.0, check=False)
     assert done.returncode == 0, done.stderr.decode()
     assert FrameReader().feed(done.stdout)[-1].tag == 77
