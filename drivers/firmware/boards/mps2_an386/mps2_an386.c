@@ -2,8 +2,8 @@
  *
  * Registers: Arm Cortex-M System Design Kit manual (DDI 0479), chapters "APB UART" and "APB timer"; ARMv7-M manual.
  */
+#include "mps2_an386.h"
 #include "rtctl_board.h"
-#include "rtctl_device.h"
 
 enum { CLOCK_HZ = 25000000, CYCLES_US = CLOCK_HZ / 1000000, BAUD = 115200 };
 enum { LONGEST_SEND_US = 10000 }; /* of one byte, which takes 87 us: then nobody reads at the other end */
@@ -24,7 +24,7 @@ enum { UART_SEND_FULL = 1, UART_HAS_BYTE = 2 };                         /* state
 enum { UART_RECEIVED = 2 };                                             /* interrupt: written to forget it */
 enum { UART_INTERRUPT = 1 << 0, FORGET_TICK = 1 << 25 };
 
-static void start(void)
+void mps2_start(void)
 {
     __asm__ volatile("cpsid i"); /* interrupts wake the processor and are not served: there is nothing to race with */
     TIMER->reload = TIMER->value = UINT32_MAX;
@@ -71,12 +71,4 @@ void board_wait(void)
     UART->interrupt = UART_RECEIVED;
     INTERRUPT_FORGET = UART_INTERRUPT;
     SYSTEM_STATE = FORGET_TICK;
-}
-
-int main(void)
-{
-    start();
-    device_start();
-    for (;;)
-        device_turn();
 }
