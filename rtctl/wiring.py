@@ -434,7 +434,7 @@ def write_firmware(film: str, folder: Path) -> str:
     """
     from drivers.firmware import write_firmware as write
     from plant_sim.vo2.device_file import read_device
-    from plant_sim.vo2.film_tables import film_tables
+    from plant_sim.vo2.c_source.film_tables import film_tables
 
     path = find_plant(film, Path())
     device = read_device(path)
