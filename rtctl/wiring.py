@@ -433,8 +433,8 @@ def write_firmware(film: str, folder: Path) -> str:
         InputError: there is no such device, or the firmware cannot simulate it.
     """
     from drivers.firmware import write_firmware as write
-    from plant_sim.vo2.device_file import read_device
     from plant_sim.vo2.c_source.film_tables import film_tables
+    from plant_sim.vo2.device_file import read_device
 
     path = find_plant(film, Path())
     device = read_device(path)
