@@ -35,7 +35,7 @@ def test_a_narrow_peak_is_whitened_that_an_autoregression_leaves() -> None:
     plain = fit_noise_in_parts([one[None] for one in series], PERIOD_S, (), slow=False)
     found = fit_noise_in_parts([one[None] for one in series], PERIOD_S, (RESONANCE,), slow=False)
     assert peak_over_floor([plain.whiten(one) for one in series]) > 1.8, "of 34"
-    assert peak_over_floor([found.whiten(one) for one in series]) == pytest.approx(1.0, abs=0.3)
+    assert peak_over_floor([found.whiten(one) for one in series]) == pytest.approx(1.0, abs=0.35)
     assert np.var(np.concatenate([found.whiten(one) for one in series])) == pytest.approx(1.0, abs=0.02)
     assert found.mean_square == pytest.approx(1.09, abs=0.03), "white 1, and the answer's 0.09"
 
@@ -44,7 +44,7 @@ def test_where_the_resonance_is_off_by_a_tenth_the_peak_is_found() -> None:
     """A spring that hardens moves it."""
     series = [answer(3), answer(4)]
     found = fit_noise_in_parts([one[None] for one in series], PERIOD_S, (Resonance(54.0, 0.008),), slow=False)
-    assert peak_over_floor([found.whiten(one) for one in series]) == pytest.approx(1.0, abs=0.3)
+    assert peak_over_floor([found.whiten(one) for one in series]) == pytest.approx(1.0, abs=0.35)
 
 
 def test_white_noise_has_no_peak() -> None:
