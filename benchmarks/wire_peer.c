@@ -10,7 +10,7 @@
 #include <termios.h>
 #include <time.h>
 #include <unistd.h>
-#include "../docs/serial/rtctl_serial.h"
+#include "../drivers/firmware/src/rtctl_serial.h"
 #ifdef WITH_LIBMODBUS
 #include <modbus.h>
 #endif

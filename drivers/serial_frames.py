@@ -233,8 +233,11 @@ class SerialDriver:
         applied = settings_of(self._answer(self._ask(Request.SETTINGS, settings_payload(settings))).payload)
         self._settings = settings
         if applied is None or applied[:3] != settings[:3]:
+            no_lockstep = applied is not None and applied.lockstep < settings.lockstep
+            hint = '; it has no lockstep: set clock.mode = "live"' if no_lockstep else ""
             raise DriverError(
-                Fault.COMMAND_REFUSED, f"{self._name}: asked for {settings}, the device has set {applied}"
+                Fault.COMMAND_REFUSED,
+                f"{self._name}: asked for {settings}, the device has set {applied}{hint}",
             )
 
     def _ask(self, kind: Request, payload: bytes = b"") -> _Asked:

@@ -429,6 +429,22 @@ def serve_bench(bench: Bench, where: ServedAt) -> None:
     serve(bench, Wires(**where.wires()), where.journal)
 
 
+def write_firmware(film: str, folder: Path) -> str:
+    """Write the firmware's sources with the film of a VO2 device file or bundled device into `folder`; its name.
+
+    Raises:
+        InputError: there is no such device, or the firmware cannot simulate it.
+    """
+    from drivers.firmware import write_firmware as write
+    from plant_sim.vo2.c_source.film_tables import film_tables
+    from plant_sim.vo2.device_file import read_device
+
+    path = find_plant(film, Path())
+    device = read_device(path)
+    write(folder, film_tables(device, path))
+    return device.plant.name
+
+
 def mechanism_ids(kind: str) -> tuple[str, ...]:
     """Return the ids of all mechanisms that a kind of plant knows, in the order of its catalogue. Raises InputError."""
     return tuple(mechanisms_of(kind))

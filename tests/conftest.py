@@ -8,6 +8,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from firmware_cases import host_program
 from vo2_cases import IdentifiedDevice, identified_device
 
 from rtctl.models.vo2 import write_model
@@ -32,3 +33,9 @@ def model_file(
     path = tmp_path_factory.mktemp("model") / "vo2_a.toml"
     write_model(identified("vo2_a").model, path)
     return path
+
+
+@pytest.fixture(scope="session")
+def host_firmware(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The firmware with the film of vo2_a as a program of this computer."""
+    return host_program(tmp_path_factory.mktemp("host") / "firmware")

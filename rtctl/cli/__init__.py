@@ -51,6 +51,7 @@ VERBS = {
         "device.latency", "which period this machine and a wire hold: lateness, round trip, compute"
     ),
     "serve": Verb("device.serve", "a simulated device on a wire"),
+    "firmware": Verb("device.firmware", "C sources of a device on a microcontroller, or on an emulated one"),
     "list": Verb(
         "list", "scenarios, plants, drivers, estimators, controllers and mechanisms, your own included"
     ),

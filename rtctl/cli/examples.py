@@ -51,6 +51,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "rtctl serve vo2_a --modbus-tcp 127.0.0.1:5020",
         'rtctl serve vo2_b --serial /tmp/vo2 --baud 115200 --page --faults "drop rate=0.01; stall at=5s duration=1s"',
     ),
+    "firmware": ("rtctl firmware --out firmware", "rtctl firmware vo2_b --out firmware_b"),
     "list": ("rtctl list", "rtctl list mechanisms"),
     "completion": (
         "rtctl completion bash >> ~/.bash_completion",

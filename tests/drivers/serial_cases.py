@@ -1,14 +1,10 @@
-"""The transcripts of docs/serial-protocol.md, and the reference device that stands beside it."""
+"""The transcripts of docs/serial-protocol.md."""
 
 from __future__ import annotations
 
 import re
-import shutil
-import subprocess
 from pathlib import Path
 from typing import NamedTuple
-
-import pytest
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
@@ -35,15 +31,3 @@ def sessions() -> list[list[Exchange]]:
             ]
         )
     return found
-
-
-def reference_device(folder: Path) -> Path:
-    """The compiled program; skips the test where there is no gcc."""
-    compiler = shutil.which("gcc")
-    if compiler is None:
-        pytest.skip("there is no gcc here")
-    program = folder / "reference_device"
-    source = DOCS / "serial" / "reference_device.c"
-    warnings = ["-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Werror"]
-    subprocess.run([compiler, "-O2", *warnings, "-o", str(program), str(source), "-lm"], check=True)
-    return program

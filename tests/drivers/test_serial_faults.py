@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import struct
-import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
+from firmware_cases import on_terminal
 from peers import PtyEnd, Script, scripted
-from serial_cases import reference_device, sessions
+from serial_cases import sessions
 
 from drivers.serial_frames import SerialDriver
 from rtctl.border.errors import DriverError, Fault, InputError
@@ -168,9 +168,21 @@ def test_device_of_another_kind_is_named() -> None:
         driver.open(lockstep_period_us=1000, watchdog_ms=0, timeout_s=TIMEOUT_S)
 
 
+def test_a_device_without_lockstep_says_what_to_set() -> None:
+    end = PtyEnd()
+    settings = HANDSHAKE[1][0]
+    assert settings == frame(3, 0x1001, b"\0\1\xfa\0\xe8\3\0\0")
+    live = frame(0x83, 0x1001, b"\0\0\xfa\0\xe8\3\0\0")
+    with (
+        scripted(end, [HANDSHAKE[0], (settings, live)]),
+        pytest.raises(DriverError, match=r'has no lockstep: set clock\.mode = "live"'),
+    ):
+        opened(end)
+
+
 SCENARIO = """
 [scenario]
-title = "reference device"
+title = "two levels"
 period = "2 ms"
 [[excitation]]
 kind = "levels"
@@ -180,19 +192,15 @@ levels = ["20 %", "80 %"]
 
 
 @pytest.mark.parametrize("pipeline", [None, 0, 2], ids=["lockstep", "live", "pipelined"])
-def test_the_loop_drives_the_reference_device_over_a_pty(pipeline: int | None, tmp_path: Path) -> None:
-    program, link, file = reference_device(tmp_path), tmp_path / "heater", tmp_path / "scenario.toml"
+def test_the_loop_drives_the_firmware_over_a_pty(
+    pipeline: int | None, host_firmware: Path, tmp_path: Path
+) -> None:
+    file = tmp_path / "scenario.toml"
     file.write_text(SCENARIO, encoding="utf-8")
     live = ["clock.mode=live", f"driver.pipeline={pipeline}", "clock.timeout=2 s", "clock.watchdog=4 s"]
-    settings = ["driver.kind=serial", f"driver.port={link}", *([] if pipeline is None else live)]
-    with subprocess.Popen([program, str(link)], stdout=subprocess.PIPE) as device:
-        try:
-            assert device.stdout is not None
-            device.stdout.readline()
-            report = [word for setting in settings for word in ("--set", setting)]
-            assert main(["acquire", str(file), "--out", str(tmp_path / "data"), "--quiet", *report]) == 0
-        finally:
-            device.kill()
+    settings = [word for setting in ([] if pipeline is None else live) for word in ("--set", setting)]
+    with on_terminal(host_firmware, tmp_path / "heater") as wire:
+        assert main(["acquire", str(file), "--out", str(tmp_path / "data"), "--quiet", *wire, *settings]) == 0
     (record,) = (tmp_path / "data").glob("r0*.parquet")
     resistance = pq.read_table(record)["resistance"].to_numpy()
     assert resistance.max() > 5.0 * resistance.min(), "the second level is hotter"

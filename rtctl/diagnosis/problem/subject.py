@@ -14,6 +14,7 @@ from rtctl.diagnosis.problem.cancellation import CancellationToken
 from rtctl.diagnosis.problem.estimate import Estimate
 from rtctl.diagnosis.thresholds import Thresholds
 from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.noise.resonant_part import Resonance
 from rtctl.identification.scales import estimate_scales
 from rtctl.identification.simulation_error.sensitivity import Sensitivity
 from rtctl.measured.dataset import Dataset, Record
@@ -259,6 +260,8 @@ class Subject:
     find_initial_state: Callable[[Simulation, FitRecord], FitRecord] | None = None
     """Return a record with the state in which it begins, where its first readings show that it was not at rest; None:
     the fits find that state."""
+    resonances: Callable[[Simulation], Sequence[Resonance]] = lambda simulation: ()
+    """Return the resonances of a fitted model, at which a noise may have what an unmeasured force does."""
     describe_response: Callable[[Simulation], str] = lambda simulation: ""
     """Return a sentence on a fitted nominal model whose response may be another kind of plant's; "" where it is not."""
     derive: Callable[[Any, Mapping[str, Mapping[str, Estimate]], Mapping[str, str]], Sequence[Derived]] = (

@@ -22,6 +22,12 @@ class ResidualThresholds:
     noise_iterations: int = 3
     """Iterations of the restricted likelihood of the noise: the second knows the size of the noise, the third its
     colour; its slow part takes one more."""
+    most_noise_directions: int = 3
+    """Number of directions that are taken out of a residual, most, before the peak of an unmeasured force is looked for
+    in it."""
+    noise_direction_share: float = 0.5
+    """Share of a residual beyond its noise that a direction must take to be one of them. Of noise at a resonance, which
+    lies along none, the best of sixty directions took a quarter."""
 
     # Score tests
     most_fine_step_share: float = 0.3

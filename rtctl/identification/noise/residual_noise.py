@@ -6,14 +6,15 @@ by Yule-Walker and Levinson over all records at once, with the order chosen by B
 white
 makes every interval too short, often many times. The first m samples of a record are predicted from the fewer samples
 before them by the predictors of lower order, so w is white from the first sample on. Noise slower than the
-order reaches (1/f) is modelled apart in `slow_noise`; only restricted likelihood estimates it (`projection.noise_of`).
+order reaches (1/f), and what a resonance makes of an unmeasured force, are modelled apart in `slow_noise` and
+`resonant_part`; only restricted likelihood estimates them (`projection.estimate_noise`).
 
 Reference: J. Durbin, The fitting of time-series models (1960).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +22,7 @@ from scipy.fft import irfft, next_fast_len, rfft
 from scipy.signal import lfilter
 
 from rtctl.border.arrays import FloatArray
+from rtctl.identification.noise.resonant_part import PARAMETERS, Resonance, ResonantPart, fit_resonant_part
 from rtctl.identification.noise.slow_noise import LEVELS, SlowPart, fit_slow_part, sum_by_level
 
 HIGHEST_ORDER = 60
@@ -42,6 +44,8 @@ class NoiseModel(NamedTuple):
     coefficients: FloatArray
     variance: float
     slow: SlowPart | None = None
+    resonant: tuple[ResonantPart, ...] = ()
+    """Resonant parts of w, before the slow one."""
     period_s: float = 0.0
     """Sample period [s]; 0 where the model holds for any."""
     others: tuple[NoiseModel, ...] = ()
@@ -76,6 +80,8 @@ class NoiseModel(NamedTuple):
             whitened = _filter_by_fft(kernel, series)
         begin = min(order, series.shape[-1])
         whitened[..., :begin] = series[..., :begin] @ self._begin()[:begin, :begin].T
+        for part in self.resonant:
+            whitened = part.whiten(whitened)
         return whitened if self.slow is None else self.slow.whiten(whitened)
 
     def _begin(self) -> FloatArray:
@@ -101,7 +107,10 @@ class NoiseModel(NamedTuple):
         """Return the power (length // 2 + 1,) at the frequencies of a real FFT of `length`."""
         response = np.abs(rfft(np.append(1.0, self.coefficients), length)) ** 2
         density: FloatArray = self.variance / np.maximum(response, 1e-300)
-        return density if self.slow is None else density * self.slow.power(np.arange(len(density)) / length)
+        frequencies = np.arange(len(density)) / length
+        for part in self.resonant:
+            density = density * part.power(frequencies)
+        return density if self.slow is None else density * self.slow.power(frequencies)
 
 
 def _filter_by_fft(kernel: FloatArray, series: FloatArray) -> FloatArray:
@@ -158,25 +167,59 @@ def limit_order(lengths: Sequence[int], highest_order: int = HIGHEST_ORDER) -> i
     return max(0, min(highest_order, sum(lengths) // 20, min(lengths) - 1))
 
 
-def fit_noise_with_slow_part(series: Sequence[FloatArray], *, slow: bool) -> NoiseModel:
-    """Fit a noise model to residuals, with a slow part where `slow` asks for it and the data show one.
+def fit_noise_in_parts(
+    series: Sequence[FloatArray], period_s: float, resonances: Sequence[Resonance], *, slow: bool
+) -> NoiseModel:
+    """Fit a noise model to residuals, with resonant parts and a slow one where the data show them.
 
     Args:
         series: One array (rows, n) a record. Its first row is the residual; the squares of the others restore what a
             projection removed from it.
+        period_s: Sample period [s].
+        resonances: Resonances of the device, at which a resonant part is looked for.
         slow: Whether to look for a slow part.
     """
-    lengths = [one.shape[1] for one in series]
-    highest = limit_order(lengths)
-    correlation = np.sum([sum_lagged_products(one, highest) for one in series], axis=0)
-    model = fit_autoregression(correlation, sum(lengths))
-    if not slow or not model.variance > 0.0:
+    count = sum(one.shape[1] for one in series)
+    model = _fit_rows(series)
+    if not model.variance > 0.0:
+        return model
+    for resonance in resonances:
+        rivals = [model, *_with_peak(series, model, resonance, period_s)]
+        model = min(rivals, key=lambda one: _bic(one, count))
+    if not slow:
         return model
     squares, numbers = np.zeros(LEVELS), np.zeros(LEVELS)
     for one in series:
         own, count = sum_by_level(model.whiten(one))
         squares, numbers = squares + own, numbers + count
     return model._replace(slow=fit_slow_part(squares, numbers))
+
+
+def _fit_rows(series: Sequence[FloatArray]) -> NoiseModel:
+    """Fit an autoregression to arrays (rows, n), whose squares add."""
+    lengths = [one.shape[1] for one in series]
+    highest = limit_order(lengths)
+    correlation = np.sum([sum_lagged_products(one, highest) for one in series], axis=0)
+    return fit_autoregression(correlation, sum(lengths))
+
+
+def _with_peak(
+    series: Sequence[FloatArray], model: NoiseModel, resonance: Resonance, period_s: float
+) -> Iterator[NoiseModel]:
+    """Yield models with a resonant part: behind the autoregression, and before one that is fitted to what it leaves."""
+    behind = fit_resonant_part([model.whiten(one) for one in series], resonance, period_s)
+    if behind is not None:
+        part, variance = behind
+        yield model._replace(resonant=(*model.resonant, part), variance=model.variance * variance)
+    first = fit_resonant_part(series, resonance, period_s)
+    if first is not None and not model.resonant:
+        yield _fit_rows([first[0].whiten(one) for one in series])._replace(resonant=(first[0],))
+
+
+def _bic(model: NoiseModel, count: int) -> float:
+    """Return the BIC of a noise over `count` samples, its size included in the likelihood."""
+    unknowns = len(model.coefficients) + PARAMETERS * len(model.resonant)
+    return count * float(np.log(model.variance)) + unknowns * float(np.log(count))
 
 
 def without_hole(model: NoiseModel) -> NoiseModel:

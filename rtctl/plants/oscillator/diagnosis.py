@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -27,6 +28,7 @@ from rtctl.diagnosis.problem.subject import (
     Records,
     Subject,
 )
+from rtctl.identification.noise.resonant_part import Resonance
 from rtctl.models.derived.oscillator import derive_oscillator
 from rtctl.models.oscillator import read_oscillator_model, write_oscillator_model
 from rtctl.plants.oscillator.response import describe_response
@@ -183,6 +185,16 @@ def _quarter_period(scales: Scales) -> float:
     return 0.5 * np.pi / scales.rate
 
 
+def find_resonances(simulation: Simulation) -> tuple[Resonance, ...]:
+    """Return the resonance of the linear part; none of a device that is not stable without its further springs."""
+    values = {one.name: one.value for one in simulation.parameters}
+    stiffness, damping = values["stiffness"], values["damping"]
+    if not (stiffness > 0.0 and damping > 0.0):
+        return ()
+    rate = math.sqrt(stiffness)
+    return (Resonance(rate / (2.0 * math.pi), damping / (2.0 * rate)),)
+
+
 OSCILLATOR = Subject(
     kind="oscillator",
     drive="drive",
@@ -224,6 +236,7 @@ OSCILLATOR = Subject(
     session_corrections={},
     output_offsets={},
     offset_mechanism="sensor.offset",
+    resonances=find_resonances,
     describe_response=describe_response,
     derive=lambda model, estimates, units: derive_oscillator(estimates, units),
     levels={"displacement": Levels("step", "level")},

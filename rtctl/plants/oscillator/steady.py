@@ -112,6 +112,7 @@ def by_steady_state(subject: Subject) -> Subject:
         lag_s=lambda scales: 2.0 * SWEEP_PERIOD_S,
         slower_sampling=(),
         growth_is_misfit=False,
+        resonances=lambda simulation: (),
         offset_mechanism="",
         levels={},
         reads_initial_states=False,

@@ -72,7 +72,10 @@ def analyse_residual(
     thresholds = problem.thresholds.residual
     if noise is None:
         only_adds = problem.subject.slow_noise_only_adds
-        noise = estimate_noise(rows, slow=not problem.allowed, only_adds=only_adds, thresholds=thresholds)
+        resonances = problem.subject.resonances(hypothesis.simulation)
+        noise = estimate_noise(
+            rows, resonances=resonances, slow=not problem.allowed, only_adds=only_adds, thresholds=thresholds
+        )
     return ResidualAnalysis(
         hypothesis=hypothesis,
         problem=problem,

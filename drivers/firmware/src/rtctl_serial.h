@@ -19,12 +19,17 @@ enum { RS_UNKNOWN_TYPE = 1, RS_WRONG_LENGTH = 2, RS_ILLEGAL_VALUE = 3 };
 enum { RS_ENABLED = 1, RS_TRIPPED = 2, RS_CLAMPED = 4, RS_SENSOR_FAULT = 8, RS_REFUSED = 16 };
 
 typedef struct { uint8_t data[RS_MAX_FRAME]; size_t count; } rs_reader; /* start with all zero */
+typedef struct { uint8_t enable, lockstep; uint16_t watchdog_ms; uint32_t period_us; } rs_settings;
+typedef struct { uint8_t version, commands, sensed; char name[16]; } rs_identity; /* name: ASCII, zero-padded */
+typedef struct { uint16_t sequence, status; uint32_t counter, time_us; float reference; } rs_reading; /* sensed follow */
+typedef char rs_payloads_have_no_padding
+    [sizeof(rs_settings) == 8 && sizeof(rs_identity) == 19 && sizeof(rs_reading) == 16 ? 1 : -1];
 
 static inline uint16_t rs_crc(const uint8_t *data, size_t count)
 {
     uint16_t crc = 0xFFFF;
     while (count--) {
-        crc ^= (uint16_t)(*data++ << 8);
+        crc ^= (uint16_t)((uint16_t)*data++ << 8); /* an int of AVR has 16 bits */
         for (int bit = 0; bit < 8; bit++)
             crc = (uint16_t)(crc & 0x8000 ? crc << 1 ^ 0x1021 : crc << 1);
     }

@@ -1,0 +1,1 @@
+"""Parts of a VO2 device as C."""
