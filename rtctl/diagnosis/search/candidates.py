@@ -42,7 +42,25 @@ def propose_candidates(
             of_form = [group for group in groups if parent.directions[group[0]].form == form]
             for group in of_form[:1] if once else _select_shapes(parent, of_form, limits):
                 candidates += [_start_candidate(parent, group, factor, limits) for factor in factors]
-    return candidates
+    return [*candidates, *_propose_along_valleys(parent, limits)]
+
+
+def _propose_along_valleys(parent: TestedHypothesis, limits: SearchThresholds) -> list[Candidate]:
+    """Return the parent's set with each mechanism that is, to first order, one of the parent's own.
+
+    A small lag is a delay, and what they differ by is of the third order: the linear estimate says nothing, and a fit
+    from there stays where it is. So it starts away from there, and the parent's own parameters make room for it.
+    """
+    if not parent.hypothesis.mechanisms:
+        return []
+    candidates = []
+    for identity, groups in _group_directions(parent).items():
+        group = groups[0]
+        if not any(parent.projected.usable[k] for one in groups for k in one) and not _is_related(
+            parent, identity
+        ):
+            candidates += [_start_in_valley(parent, group, share, limits) for share in limits.valley_shares]
+    return [one for one in candidates if one is not None]
 
 
 def interleave(groups: Sequence[Sequence[Candidate]]) -> list[Candidate]:
@@ -188,6 +206,49 @@ def _start_candidate(
         starts=np.column_stack((hypothesis.starts, *of_record.values())), fixed_parameters=frozenset(fixed_parameters),
         neutral=clip_to_bounds(neutral, shaped), parent=hypothesis, form="".join(forms.values()),
     )  # fmt: skip
+
+
+def _start_in_valley(
+    parent: TestedHypothesis, group: Sequence[int], share: float, limits: SearchThresholds
+) -> Candidate | None:
+    """Return the parent's set, extended, at a share of the way to where one of its own parameters meets a bound."""
+    hypothesis, projected = parent.hypothesis, parent.projected
+    shared = len(hypothesis.shared)
+    direction = parent.directions[group[0]]
+    simulation = neutral = hypothesis.simulation.extended((direction.mechanism,))
+    sizes = np.zeros(len(projected.visible))
+    sizes[group[0]] = projected.scale[1 + shared + group[0]]
+    room = -(sizes @ projected.followed) / projected.scale[1 : 1 + shared]
+    step = min(1.0, _limit_step(parent, room, limits), _room_within_bounds(parent, room))
+    if not step > 0.0:
+        return None
+    values = np.array([one.value for one in simulation.parameters])
+    values[hypothesis.sensitivity.free] += share * step * room * hypothesis.sensitivity.scale
+    for k, one in enumerate(simulation.parameters):
+        if one.mechanism == direction.mechanism and one.declared.name in direction.shapes:
+            values[k] = direction.shapes[one.declared.name]
+        elif one.mechanism == direction.mechanism and one.declared.name == direction.name:
+            values[k] += share * step * direction.scale
+    fixed_parameters = set(hypothesis.fixed_parameters) | _list_fixed(
+        hypothesis.simulation, simulation, {direction.mechanism: direction.form}
+    )
+    return Candidate(
+        mechanisms=(*hypothesis.mechanisms, direction.mechanism), simulation=clip_to_bounds(simulation, values),
+        starts=hypothesis.starts, fixed_parameters=frozenset(fixed_parameters), neutral=neutral, parent=hypothesis,
+        form=direction.form,
+    )  # fmt: skip
+
+
+def _room_within_bounds(parent: TestedHypothesis, room: FloatArray) -> float:
+    """Return the factor of `room` (p,) at which the first of the set's own parameters meets a bound."""
+    hypothesis = parent.hypothesis
+    most = np.inf
+    for k, by in zip(hypothesis.sensitivity.free, room * hypothesis.sensitivity.scale, strict=True):
+        one = hypothesis.simulation.parameters[k]
+        bound = one.high if by > 0.0 else one.low
+        if by != 0.0:
+            most = min(most, max((bound - one.value) / by, 0.0))
+    return float(most)
 
 
 def _list_fixed(before: Simulation, after: Simulation, forms: Mapping[str, str]) -> set[str]:

@@ -211,6 +211,7 @@ def accept_set(state: SearchState, result: SearchResult) -> SearchState:
     """End the search with the set that `result` has chosen, in its simplest laws, beside its equivalents."""
     result = prefer_simpler_laws(state.problem, result, state.settings)
     result = prefer_fewest_unknowns(state.problem, result, state.settings)
+    result = drop_inactive_causes(state.problem, result, state.settings.ids)
     return replace(state, stop=StopReason.PASSED, result=_with_equivalents(state, result, plain=False))
 
 

@@ -91,6 +91,8 @@ class SearchThresholds:
     collinear_share: float = 0.1
     """Share of a direction (squares) beyond the set's own parameters, below which these make room for it from the
     start; otherwise the start is far from the valley."""
+    valley_shares: tuple[float, ...] = (0.5, 1.0)
+    """Shares of the way to the first bound at which a mechanism starts that is one of the set's own to first order."""
     weak_share: float = 0.05
     """Share of the best score below which a mechanism is started only once."""
     pairs_tried: int = 8
