@@ -161,7 +161,7 @@ class Diagnosis:
             "model": None if self.withheld else EXTENDED_MODEL,
             "model_withheld": self.withheld,
             "derived": [one.as_json() for one in self.derived],
-            "loop": None if self.loop is None else self.loop._asdict(),
+            "loop": None if self.loop is None else self.loop.as_json(),
             "warnings": list(self.warnings),
             "stopped": self.stopped,
             "cut_by_clock": self.cut_by_clock,

@@ -118,6 +118,10 @@ class Rehearsal(NamedTuple):
     """Error with the extended model and the corrections of the signals that the fit had beside its causes, where the
     model leaves these out because they do not help; None: it has all that the fit has."""
 
+    def as_json(self) -> dict[str, Any]:
+        """Return what `diagnosis.json` has of it."""
+        return {name: value for name, value in self._asdict().items() if value is not None}
+
 
 class Force(NamedTuple):
     """A force that is in no catalogue, as a direction in which the residual is tested."""

@@ -34,6 +34,8 @@ MOST_SHIFT, MOST_STRETCH = 0.3, 10.0
 """How far the frequency (as a fraction) and the width (as a factor) may be from the device's."""
 PARAMETERS = 3
 """Height, frequency and width."""
+HIGHEST = 1e4
+"""Highest peak over the floor: where there is no floor, the noise is an autoregression and needs no further part."""
 PEAKS = (0.3, 3.0, 30.0)
 """Heights of the peak over the floor, of the power, at which fits start."""
 
@@ -138,8 +140,8 @@ def _near(series: Sequence[FloatArray], at: float, width: float) -> tuple[_Spect
 
 def _poles(unknown: FloatArray, at: float, ratio: float) -> FloatArray | None:
     """Return A's coefficients of [log height, shift, log stretch]; None where they are out of range."""
-    _, shift, stretch = unknown
-    if abs(shift) > MOST_SHIFT or abs(stretch) > math.log(MOST_STRETCH):
+    height, shift, stretch = unknown
+    if abs(shift) > MOST_SHIFT or abs(stretch) > math.log(MOST_STRETCH) or height > math.log(HIGHEST):
         return None
     zeta = min(ratio * math.exp(stretch), 0.9)
     angle = 2.0 * math.pi * at * (1.0 + shift)
@@ -153,7 +155,7 @@ def _shape(unknown: FloatArray, at: float, ratio: float, frequencies: FloatArray
     if poles is None:
         return None
     least = _square(poles, np.array([at * (1.0 + unknown[1])]))[0]
-    made: FloatArray = 1.0 + math.exp(min(float(unknown[0]), 50.0)) * least / _square(poles, frequencies)
+    made: FloatArray = 1.0 + math.exp(float(unknown[0])) * least / _square(poles, frequencies)
     return made
 
 
