@@ -178,9 +178,9 @@ def acting(simulation: OscillatorSimulation) -> list[tuple[OscillatorMechanism, 
         several = len(refused) > 1
         names = ", ".join(f'"{name}"' for name in refused)
         raise NoStreamError(
-            f"{'mechanisms' if several else 'mechanism'} {names} of the model {'have' if several else 'has'} no form for "
-            f"a device that runs sample by sample; remove {'them' if several else 'it'} from the file, or use rtctl "
-            "simulate",
+            f"{'mechanisms' if several else 'mechanism'} {names} of the model {'have' if several else 'has'} no form "
+            f"for a device that runs sample by sample; remove {'them' if several else 'it'} from the file, or use "
+            "rtctl simulate",
             tuple(refused),
         )
     return active

@@ -55,8 +55,8 @@ def _simulated(args: argparse.Namespace) -> str:
     left_out = left_out_of(path) if path.suffix == ".toml" and path.is_file() else ()
     if left_out:
         text += (
-            f". The device leaves out {', '.join(left_out)}, which the diagnosed model has: it takes one sample after the "
-            "other, and holds each command"
+            f". The device leaves out {', '.join(left_out)}, which the diagnosed model has: it takes one sample after "
+            "the other, and holds each command"
         )
     return text
 
