@@ -44,10 +44,11 @@ def _simulated(args: argparse.Namespace) -> str:
     """Return the sentence that says of data of a simulated device what they are; "" of any other device."""
     from rtctl.api.inputs import load_scenario
     from rtctl.diagnosis.report.rehearsed_device import left_out_of
+    from rtctl.scenario.drivers import InProcess
 
     loaded = load_scenario(args.scenario, args.overrides)
     driver = loaded.scenario.driver
-    if driver.kind != "inprocess":
+    if not isinstance(driver, InProcess):
         return ""
     device = driver.device or loaded.scenario.scenario.plant
     text = f". These data are simulated, by the device {device}. Your own device: {ON_A_WIRE}"
