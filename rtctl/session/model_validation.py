@@ -40,6 +40,13 @@ class OutputScore(NamedTuple):
     max_signal: float
     integrator_error: float
     """RMS change of the simulation with half the step, divided by `rms_error`."""
+    rms_variation: float
+    """RMS of the signal about its mean; of a sweep, whose samples are amplitudes, about zero."""
+
+    @property
+    def share(self) -> float:
+        """RMS error divided by the variation; NaN where nothing varies."""
+        return self.rms_error / self.rms_variation if self.rms_variation > 0.0 else math.nan
 
     @property
     def nrmse(self) -> float:
@@ -61,11 +68,11 @@ class ComparedRecord:
 
     @property
     def badness(self) -> float:
-        """The largest error of an output in parts of its signal; infinite where the simulation diverged."""
+        """The largest error of an output in parts of its variation; infinite where the simulation diverged."""
         if self.diverged_at_s is not None:
             return math.inf
         return max(
-            (score.nrmse for score in self.scores.values() if not math.isnan(score.nrmse)), default=0.0
+            (score.share for score in self.scores.values() if not math.isnan(score.share)), default=0.0
         )
 
 
@@ -75,7 +82,7 @@ class DatasetComparison(NamedTuple):
     summary: dict[str, Any]
     """Content of `summary.json`."""
     worst: ComparedRecord
-    """The record with the largest error in parts of its signal."""
+    """The record with the largest error in parts of its variation."""
     records: Mapping[str, ComparedRecord]
     """Every record by its name, in the dataset's order; empty unless they were to be kept."""
 
@@ -191,23 +198,21 @@ def compare_record(simulation: Simulation, record: Record, holds: Mapping[str, s
     return ComparedRecord(
         record=record,
         simulated=simulated,
-        scores={
-            name: _score(record.signals[name], simulated[name], finer.outputs[name][0], record.ignore_first)
-            for name in measured
-        },
+        scores={name: _score(record, name, simulated[name], finer.outputs[name][0]) for name in measured},
         diverged_at_s=None if diverged < 0 else diverged * record.period_s,
     )
 
 
-def _score(measured: FloatArray, simulated: FloatArray, finer: FloatArray, ignored: int) -> OutputScore:
-    signal, error = measured[ignored:], (simulated - measured)[ignored:]
+def _score(record: Record, name: str, simulated: FloatArray, finer: FloatArray) -> OutputScore:
+    measured = record.signals[name]
+    signal, error = measured[record.ignore_first :], (simulated - measured)[record.ignore_first :]
+    size, largest = _rms(signal), float(np.abs(signal).max())
+    variation = size if record.is_sweep else float(np.std(signal))
     if not np.isfinite(error).all():
-        return OutputScore(math.inf, _rms(signal), math.inf, float(np.abs(signal).max()), math.nan)
-    rms_error, change = _rms(error), _rms((finer - simulated)[ignored:])
+        return OutputScore(math.inf, size, math.inf, largest, math.nan, variation)
+    rms_error, change = _rms(error), _rms((finer - simulated)[record.ignore_first :])
     share = change / rms_error if rms_error > 0.0 else math.nan
-    return OutputScore(
-        rms_error, _rms(signal), float(np.abs(error).max()), float(np.abs(signal).max()), share
-    )
+    return OutputScore(rms_error, size, float(np.abs(error).max()), largest, share, variation)
 
 
 def _rms(values: FloatArray) -> float:

@@ -101,7 +101,7 @@ def identify_equations(
     return EquationsFit(
         model=fitted,
         fit=fit,
-        reason=f"{reason}, free runs leave {100.0 * left:.2g} % of {output}",
+        reason=f"{reason}, free runs leave {100.0 * left:.2g} % of the variation of {output}",
         warnings=(*(() if trusted else (NOT_TRUSTED.format(100.0 * left, output),)), *fit.describe_doubts()),
         records=records,
         tested=_test(build(fitted, dataset.units, source), dataset),
