@@ -123,7 +123,7 @@ def read_record(reading: Reading, k: int, name: str) -> Record | None:
             unit = _time_unit(reading, entry)
             span_s = float(time.time_s[-1] - time.time_s[0])
             if remark := remark_on_period(period_s, span_s, unit, entry.time):
-                reading.findings.remark(f"{where}: {remark}")
+                reading.findings.remark(remark if unit.source else f"{where}: {remark}")  # once for all files
         return Record(
             name=name,
             file=entry.file,

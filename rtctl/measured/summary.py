@@ -115,7 +115,7 @@ def summarise(dataset: Dataset, sources: Mapping[str, Source] | None = None) -> 
             first_row=table.first_row if table else 0, ignore_first=one.ignore_first,
             rate_hz=None if one.is_sweep else 1.0 / one.period_s,
             duration_s=None if one.is_sweep else one.samples * one.period_s,
-            gaps=_course(one) if one.is_sweep else "resampled" if table and table.resample else "none",
+            gaps=_course(one) if one.is_sweep else "resampled" if table and table.resample else "none in it",
         )
         for one, table in zip(dataset.records, matched, strict=True)
     )  # fmt: skip

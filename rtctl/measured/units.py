@@ -32,9 +32,16 @@ def is_unit(unit: Any) -> bool:
 def check_proportional(unit: str) -> None:
     """Raise ValueError for a unit in which no equation of motion holds, as its zero means something: dB and degC."""
     if not is_proportional(unit):
+        held = absolute_unit(unit)
+        scale = "" if held.scale is None else f" and scale = {held.scale:.9g}"
+        remedy = (
+            "convert the column (dB to V)"
+            if held.unit == unit
+            else f'write unit = "{held.unit}" with offset = {held.offset:.9g}{scale}, which convert the column '
+            f"({unit} to {held.unit})"
+        )
         raise ValueError(
-            f'"{unit}" is a logarithm or has its zero elsewhere, and no equation of motion holds in it; convert the '
-            "column (dB to V, degC to K)"
+            f'"{unit}" is a logarithm or has its zero elsewhere, and no equation holds in it; {remedy}'
         )
 
 

@@ -150,7 +150,7 @@ def test_what_is_left_beside_a_cause_takes_its_probability(
         causes=(cause._replace(probability=None, share_removed=0.72),),
     )  # fmt: skip
     print_diagnosis(partly, tmp_path)
-    assert "removes 72%  friction.coulomb:" in capsys.readouterr().out
+    assert "removes 72% of the error  friction.coulomb:" in capsys.readouterr().out
     assert partly.json["causes"][0]["probability"] is None
     assert "removes 72%" in replace(friction, answer=partly)._repr_html_()
     partial = replace(friction, answer=partly)

@@ -6,7 +6,7 @@ from html import escape
 
 from rtctl.diagnosis.problem.subject import LEFT_OUT
 from rtctl.diagnosis.report.page.sections import estimate_text
-from rtctl.diagnosis.result import EXTENDED_MODEL, Cause, Diagnosis
+from rtctl.diagnosis.result import EXTENDED_MODEL, Cause, Diagnosis, share_text
 from rtctl.models.derived.quantity import Derived
 from rtctl.output.html_page import table, tile
 from rtctl.output.readable_units import printed_unit, readable_unit
@@ -116,14 +116,10 @@ def tabulate_causes(diagnosis: Diagnosis) -> str:
         probability = "–" if cause.probability is None else f"{cause.probability:.1%}"
         rows.append(
             [f"<b>{escape(cause.id)}</b>", values, probability,
-             f"{_share(cause.share_removed)} of the error above the noise", escape(others)]
+             f"{share_text(cause.share_removed)} of the error above the noise", escape(others)]
         )  # fmt: skip
     headers = ["cause", "parameters, 95 % interval", "probability", "removes", "would explain it as well"]
     return table(headers, rows, numbers=(2,))
-
-
-def _share(share: float) -> str:
-    return f"{share:.0%}" if share >= 0.01 else f"{share:.1%}"
 
 
 def describe_what_to_do(diagnosis: Diagnosis) -> str:
