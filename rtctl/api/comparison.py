@@ -18,6 +18,7 @@ from rtctl.measured.dataset import Dataset
 from rtctl.output.interrupt import stop_on_interrupt
 from rtctl.output.notebook import html_table, number
 from rtctl.output.progress import Progress, reporter
+from rtctl.session.free_run_growth import describe_growth, is_unpredictable
 from rtctl.session.model_validation import (
     ComparedRecord,
     OutputScore,
@@ -201,15 +202,25 @@ def simulate(
         (folder / "summary.json").unlink(missing_ok=True)  # of an earlier comparison in the same folder
     with stop_on_interrupt() as stop, report.bar(stored.name, len(stored)) as advance:
         found = compare_dataset(simulation, stored, folder, stop, advance, source=source)
+    remarks = [*stored.remarks, *_unpredictable_records(found.summary)]
     return Comparison(
         name=stored.name,
-        summary={**found.summary, **({"remarks": list(stored.remarks)} if stored.remarks else {})},
+        summary={**found.summary, **({"remarks": remarks} if remarks else {})},
         units=dict(stored.units),
         inputs=tuple(stored.holds),
         records=found.records or {found.worst.record.name: found.worst},
         _dataset=stored,
         _written=folder,
     )
+
+
+def _unpredictable_records(summary: Mapping[str, Any]) -> list[str]:
+    """Return a remark on each record whose free run cannot be predicted."""
+    return [
+        describe_growth(row["record"], row["growth"])
+        for row in summary["records"]
+        if is_unpredictable(row["growth"])
+    ]
 
 
 def _source(model: Model | PathText) -> str:

@@ -28,7 +28,12 @@ from rtctl.measured.stored import StoredDataset
 from rtctl.models.kinds import model_kind
 from rtctl.recording import write_parquet
 from rtctl.registry import plant_kinds
+from rtctl.session.free_run_growth import measure_growth
 from rtctl.wiring import build_simulation, read_model
+
+ASKED_FROM = 0.05
+"""Error in parts of the variation from which it is asked whether the free run can be predicted at all: an error of
+less says that it was."""
 
 
 class OutputScore(NamedTuple):
@@ -65,6 +70,8 @@ class ComparedRecord:
     """Errors of each measured output."""
     diverged_at_s: float | None
     """Time since the first sample [s] at which the simulation diverged; None: it did not."""
+    growth: float = 0.0
+    """How far a small difference of the start grows; 0 where the errors are so small that it was not asked."""
 
     @property
     def badness(self) -> float:
@@ -195,11 +202,15 @@ def compare_record(simulation: Simulation, record: Record, holds: Mapping[str, s
     measured = [name for name in simulation.outputs if record.has(name)]
     simulated = {name: prediction.outputs[name][0] for name in measured}
     diverged = int(prediction.diverged_at[0])
+    scores = {name: _score(record, name, simulated[name], finer.outputs[name][0]) for name in measured}
+    asked = diverged < 0 and not record.is_sweep and any(one.share > ASKED_FROM for one in scores.values())
+    course = prediction.outputs[simulation.outputs[0]][0]
     return ComparedRecord(
         record=record,
         simulated=simulated,
-        scores={name: _score(record, name, simulated[name], finer.outputs[name][0]) for name in measured},
+        scores=scores,
         diverged_at_s=None if diverged < 0 else diverged * record.period_s,
+        growth=measure_growth(simulation, stimulus, values, course) if asked else 0.0,
     )
 
 
@@ -229,7 +240,7 @@ def _summary_row(compared: ComparedRecord, units: Mapping[str, str]) -> dict[str
         "file": record.file, "use": record.use, "outputs": outputs, "record": record.name,
         "samples": record.samples, "ignore_first": record.ignore_first,
         "sample_rate_hz": None if record.is_sweep else 1.0 / record.period_s,
-        "diverged_at_s": compared.diverged_at_s, "conditions": dict(record.conditions),
+        "diverged_at_s": compared.diverged_at_s, "growth": compared.growth, "conditions": dict(record.conditions),
     }  # fmt: skip
 
 
