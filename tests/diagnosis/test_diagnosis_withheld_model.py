@@ -138,6 +138,29 @@ def rehearse(folder: Path, capsys: pytest.CaptureFixture[str]) -> str:
     return said.out + said.err
 
 
+@pytest.mark.parametrize(
+    ("verdict", "error", "told"),
+    [("adequate", 1.0, True), ("adequate", 1e-6, False), ("unexplained", 1.0, False)],
+)
+def test_an_error_far_above_the_noise_is_explained_beside_nothing_is_wrong(
+    friction: rtctl.Diagnosis,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    verdict: str,
+    error: float,
+    told: bool,
+) -> None:
+    from rtctl.cli.printing.diagnosis import print_diagnosis
+
+    gain = friction.answer.gain
+    assert gain is not None
+    found = replace(
+        friction.answer, verdict=verdict, causes=(), gain=gain._replace(before=gain.noise_floor * 1e3 * error)
+    )
+    print_diagnosis(found, tmp_path)
+    assert ("far above the noise all the same" in capsys.readouterr().out) is told
+
+
 def test_what_is_left_beside_a_cause_takes_its_probability(
     friction: rtctl.Diagnosis, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
