@@ -10,8 +10,8 @@ from rtctl.identification.simulation_error.trajectory_divergence import CHAOTIC_
 
 UNPREDICTABLE = (
     "record {}: its free run cannot be predicted: two runs from starts that differ by a hundred-millionth of the "
-    "motion are {:,.0f} times further apart later. Its error says little of the model; rtctl identify and rtctl diagnose "
-    "compare shorter pieces"
+    "motion are {:,.0f} times further apart later. Its error says little of the model; rtctl identify and rtctl "
+    "diagnose compare shorter pieces"
 )
 
 

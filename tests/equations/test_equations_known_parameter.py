@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -68,6 +69,32 @@ def test_a_fixed_parameter_that_depends_on_a_state_is_named(found: tuple[rtctl.D
     (cause,) = diagnosis.causes
     assert (diagnosis.verdict, cause.id) == ("explained", "parameter.R.dependence")
     assert cause.parameters["heater"].low < 0.0039 < cause.parameters["heater"].high
+
+
+@pytest.mark.parametrize(
+    ("moved", "offset", "told"),
+    [(-273.15, None, "is said to be in K and lies between"), (-273.15, -273.15, "leads to temperatures below 0 K"),
+     (-273.15, 273.15, ""), (0.0, None, "")],
+)  # fmt: skip
+def test_celsius_that_is_said_to_be_kelvin_is_told_once(
+    tmp_path: Path, moved: float, offset: float | None, told: str
+) -> None:
+    model = tmp_path / "heater.toml"
+    model.write_text(HEATER.format(start=293.15), encoding="utf-8")
+    records = [
+        replace(one, signals={**one.signals, "T": one.signals["T"] + moved}) for one in records_of(0.0)
+    ]
+    data = rtctl.write_dataset(
+        tmp_path, records, name="h", plant="equations", units={"U": "V", "T": "K"}, holds={"U": "zero"}
+    )
+    if offset is not None:
+        text = data.path.read_text(encoding="utf-8")
+        data.path.write_text(text.replace("[signals.T]", f"[signals.T]\noffset = {offset}"), encoding="utf-8")
+    read = rtctl.read_dataset(data.path)
+    fit = rtctl.identify(read, model=model, starts=1)
+    said = {*read.remarks, *fit.warnings}
+    wanted = ["is said to be in K and lies between", "leads to temperatures below 0 K"]
+    assert [sum(one in text for text in said) for one in wanted] == [int(one == told) for one in wanted]
 
 
 def test_the_extended_model_is_as_good_in_simulate_as_diagnose_told(

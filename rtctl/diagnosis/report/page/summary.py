@@ -44,7 +44,8 @@ def explain_test_error(diagnosis: Diagnosis) -> str:
         return ""
     return (
         "The error on the test records is far above the noise all the same: it is of free runs, whose small "
-        "differences grow with time or are of the start, while the model was judged by shorter runs, which it follows to the noise."
+        "differences grow with time or are of the start, while the model was judged by shorter runs, which it follows "
+        "to the noise."
     )
 
 
