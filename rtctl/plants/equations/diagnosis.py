@@ -26,11 +26,12 @@ from rtctl.diagnosis.problem.subject import (
     Records,
     Subject,
 )
+from rtctl.identification.equations.structure import undetermined_parameters
 from rtctl.identification.scales import estimate_scales
 from rtctl.measured.dataset import Dataset
 from rtctl.models.equations import write_equations_model
 from rtctl.plants.equations.starts import with_common_start
-from rtctl.plants.equations.undetermined import describe_held, undetermined_parameters
+from rtctl.plants.equations.undetermined import describe_held
 
 Shape = Callable[[FloatArray], FloatArray]
 ALONG: tuple[tuple[str, Shape], ...] = (
