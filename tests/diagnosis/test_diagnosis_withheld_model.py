@@ -16,6 +16,7 @@ import rtctl
 from rtctl.cli import main
 from rtctl.cli.verbs.modelling.identify import is_diagnosed_next
 from rtctl.diagnosis.problem.subject import Rehearsal
+from rtctl.diagnosis.report.files import scenario_text
 from rtctl.diagnosis.search.holdout_error import Gain
 from rtctl.diagnosis.verification.misfit_checks import require_model_follows
 from rtctl.diagnosis.verification.verdict import Verdict
@@ -115,6 +116,19 @@ def test_a_rehearsal_leaves_out_what_no_device_can_have_and_says_so(
     said = rehearse(tmp_path / "out", capsys)
     assert "These data are simulated, by the device next-experiment-model.toml" in said
     assert "leaves out input.hold, timing.skew, which the diagnosed model has" in said
+
+
+@pytest.mark.parametrize(
+    ("units", "told"),
+    [({"drive": "V", "velocity": "mm/s"}, True), ({"drive": "V", "displacement": "mm"}, False)],
+)
+def test_a_rehearsal_of_velocities_says_that_its_device_reads_the_displacement(
+    unexplained: rtctl.Diagnosis, units: dict[str, str], told: bool
+) -> None:
+    assert unexplained.next_experiment is not None
+    text = scenario_text(unexplained.next_experiment, units=units)
+    assert ("on the bench record the velocity again" in text) is told
+    assert tomllib.loads(text)["scenario"]["plant"] == "oscillator"
 
 
 HELD = """

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,7 @@ HEAD = """# {statement}
 # Written by rtctl diagnose; `rtctl acquire next-experiment.toml --out DIR` plays it as it stands on {device} beside
 # it, as a rehearsal. On the device: --set driver.kind=modbus-tcp --set driver.address=HOST:PORT
 """
+READS_DISPLACEMENT = "# The rehearsing device reads the displacement, your records have the {0}: on the bench record the {0} again.\n"
 LACKS = (
     "# The rehearsing device leaves out {}: it takes one sample after the other, and holds each command.\n"
 )
@@ -43,7 +45,8 @@ def write_diagnosis(folder: Path, diagnosis: Diagnosis, dataset: Dataset, proven
         diagnosis.problem.subject.write_model(folder / model, diagnosis.model, provenance)
     if diagnosis.next_experiment is not None:
         device, left_out = _rehearsed(folder, model, diagnosis.problem.subject.kind)
-        _write_text(folder / EXPERIMENT, scenario_text(diagnosis.next_experiment, device, left_out))
+        text = scenario_text(diagnosis.next_experiment, device, left_out, dataset.units)
+        _write_text(folder / EXPERIMENT, text)
     _write_text(folder / "report.html", report_page(diagnosis, dataset, provenance))
     write_json(folder / "diagnosis.json", diagnosis.json | {"provenance": provenance})
 
@@ -58,7 +61,10 @@ def _rehearsed(folder: Path, model: str, kind: str) -> tuple[str, tuple[str, ...
 
 
 def scenario_text(
-    proposed: NextExperiment, device: str = EXTENDED_MODEL, left_out: tuple[str, ...] = ()
+    proposed: NextExperiment,
+    device: str = EXTENDED_MODEL,
+    left_out: tuple[str, ...] = (),
+    units: Mapping[str, str] | None = None,
 ) -> str:
     """Return the scenario of the next experiment, as `rtctl acquire` takes it.
 
@@ -66,6 +72,7 @@ def scenario_text(
         proposed: The experiment.
         device: Model file of the device that rehearses it.
         left_out: Mechanisms that this device lacks and the diagnosed model has.
+        units: Units of the dataset's signals, by name: of those that the device does not read, the text says so.
     """
     heading = dict(proposed.scenario["scenario"])
     if heading.pop("channels", None):  # those of the model
@@ -75,6 +82,9 @@ def scenario_text(
     head = HEAD.format(statement=proposed.statement, device=device)
     if left_out:
         head += LACKS.format(", ".join(left_out))
+    measured = [name for name in ("velocity", "acceleration") if name in (units or {})]
+    if "displacement_unit" in heading and measured and "displacement" not in (units or {}):
+        head += READS_DISPLACEMENT.format(measured[0])
     return head + "\n" + tomli_w.dumps(scenario)
 
 
