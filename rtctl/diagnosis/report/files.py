@@ -26,7 +26,10 @@ HEAD = """# {statement}
 # Written by rtctl diagnose; `rtctl acquire next-experiment.toml --out DIR` plays it as it stands on {device} beside
 # it, as a rehearsal. On the device: --set driver.kind=modbus-tcp --set driver.address=HOST:PORT
 """
-READS_DISPLACEMENT = "# The rehearsing device reads the displacement, your records have the {0}: on the bench record the {0} again.\n"
+READS_DISPLACEMENT = (
+    "# The rehearsing device reads the displacement, your records have the {0}: "
+    "on the bench record the {0} again.\n"
+)
 LACKS = (
     "# The rehearsing device leaves out {}: it takes one sample after the other, and holds each command.\n"
 )
