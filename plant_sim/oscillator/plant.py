@@ -25,7 +25,7 @@ from plant_sim.oscillator.streaming import Path as SignalPath
 from plant_sim.oscillator.streaming import cannot_stream
 from plant_sim.sensing import NoiseSource
 from rtctl.border.arrays import FloatArray
-from rtctl.border.errors import InputError
+from rtctl.border.errors import InputError, NoStreamError
 from rtctl.border.model_file import read_model_file
 from rtctl.border.records import oscillator_profile
 
@@ -183,19 +183,26 @@ def resting_place(equation: Equation) -> float:
 
 
 def acting(simulation: OscillatorSimulation) -> list[tuple[OscillatorMechanism, Values]]:
-    """Return the mechanisms that are not neutral, with their values. Raises InputError for those that cannot stream."""
+    """Return the mechanisms that are not neutral, with their values. Raises NoStreamError for those without a form."""
     active: list[tuple[OscillatorMechanism, Values]] = []
+    refused: list[str] = []
     for mechanism in simulation.mechanisms:
         own = [one for one in simulation.parameters if one.mechanism == mechanism.id]
         if all(one.value == one.declared.neutral for one in own if not one.declared.is_shape):
             continue
         values = {one.declared.name: one.value for one in own}
         if cannot_stream(mechanism, values):
-            raise InputError(
-                f'mechanism "{mechanism.id}" of the model has no form for a device that runs sample by sample; '
-                "remove it from the file, or use rtctl simulate"
-            )
+            refused.append(mechanism.id)
         active.append((mechanism, values))
+    if refused:
+        several = len(refused) > 1
+        names = ", ".join(f'"{name}"' for name in refused)
+        raise NoStreamError(
+            f"{'mechanisms' if several else 'mechanism'} {names} of the model {'have' if several else 'has'} no form "
+            f"for a device that runs sample by sample; remove {'them' if several else 'it'} from the file, or use "
+            "rtctl simulate",
+            tuple(refused),
+        )
     return active
 
 
@@ -206,6 +213,8 @@ def load_plant(path: Path, seed: int | None = None) -> OscillatorPlant:
     units = {"drive": device.drive.unit, "displacement": device.displacement.unit}
     try:
         return OscillatorPlant(oscillator_simulation(model, units, str(path)), device, seed)
+    except NoStreamError as error:
+        raise NoStreamError(f"{path}: {error}", error.mechanisms) from None
     except (ValueError, InputError) as error:
         text = str(error)
         raise InputError(text if text.startswith(str(path)) else f"{path}: {text}") from None

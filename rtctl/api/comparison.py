@@ -18,6 +18,7 @@ from rtctl.measured.dataset import Dataset
 from rtctl.output.interrupt import stop_on_interrupt
 from rtctl.output.notebook import html_table, number
 from rtctl.output.progress import Progress, reporter
+from rtctl.session.free_run_growth import describe_growth, is_unpredictable
 from rtctl.session.model_validation import (
     ComparedRecord,
     OutputScore,
@@ -48,6 +49,13 @@ class RecordScore(NamedTuple):
     max_error: float
     noise_floor: float | None
     """RMS of what does not repeat; None where the input was not repeated."""
+    rms_variation: float
+    """RMS of the signal about its mean; of a sweep about zero."""
+
+    @property
+    def share(self) -> float:
+        """RMS error divided by the variation; NaN where nothing varies."""
+        return self.rms_error / self.rms_variation if self.rms_variation > 0.0 else float("nan")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
@@ -74,7 +82,7 @@ class Comparison:
         return tuple(
             RecordScore(
                 row["record"], row["use"], output, score["unit"], score["rms_error"], score["rms_signal"],
-                score["nrmse"], score["max_error"], score["noise_floor"],
+                score["nrmse"], score["max_error"], score["noise_floor"], score["rms_variation"],
             )
             for row in self.summary["records"]
             for output, score in row["outputs"].items()
@@ -82,7 +90,7 @@ class Comparison:
 
     @property
     def worst(self) -> str:
-        """Name of the record with the largest error in parts of its signal."""
+        """Name of the record with the largest error in parts of its variation."""
         return str(self.summary["worst"])
 
     @property
@@ -96,7 +104,7 @@ class Comparison:
 
         Args:
             record: Name of the record; None: the worst one.
-            output: Name of the output; None: the one with the largest error in parts of its signal.
+            output: Name of the output; None: the one with the largest error in parts of its variation.
 
         Raises:
             InputError: There is no such record or output.
@@ -144,21 +152,21 @@ class Comparison:
         return target
 
     def __repr__(self) -> str:
-        worst = max(self.scores, key=lambda one: np.nan_to_num(one.nrmse))
+        worst = max(self.scores, key=lambda one: np.nan_to_num(one.share))
         return (
             f"<Comparison with {self.name}: {len(self.summary['records'])} records, worst {worst.record}: "
-            f"{number(worst.rms_error, worst.unit)} RMS of {number(worst.rms_signal, worst.unit)}>"
+            f"{number(worst.rms_error, worst.unit)} RMS, it varies by {number(worst.rms_variation, worst.unit)}>"
         )
 
     def _repr_html_(self) -> str:
         rows = [
             [
-                one.record, one.use, one.output, number(one.rms_error, one.unit), number(one.rms_signal, one.unit),
-                f"{100.0 * one.nrmse:.3g} %", number(one.max_error, one.unit),
+                one.record, one.use, one.output, number(one.rms_error, one.unit), number(one.rms_variation, one.unit),
+                f"{100.0 * one.share:.3g} %", number(one.max_error, one.unit),
             ]
             for one in self.scores
         ]  # fmt: skip
-        headers = ["record", "use", "output", "RMS error", "RMS signal", "error / signal", "largest error"]
+        headers = ["record", "use", "output", "RMS error", "variation", "error / variation", "largest error"]
         notes = [f"{record} diverged at {time_s:.4g} s" for record, time_s in self.diverged.items()]
         return html_table(f"Free runs of the model: {self.name}", headers, rows, notes)
 
@@ -194,15 +202,25 @@ def simulate(
         (folder / "summary.json").unlink(missing_ok=True)  # of an earlier comparison in the same folder
     with stop_on_interrupt() as stop, report.bar(stored.name, len(stored)) as advance:
         found = compare_dataset(simulation, stored, folder, stop, advance, source=source)
+    remarks = [*stored.remarks, *_unpredictable_records(found.summary)]
     return Comparison(
         name=stored.name,
-        summary={**found.summary, **({"remarks": list(stored.remarks)} if stored.remarks else {})},
+        summary={**found.summary, **({"remarks": remarks} if remarks else {})},
         units=dict(stored.units),
         inputs=tuple(stored.holds),
         records=found.records or {found.worst.record.name: found.worst},
         _dataset=stored,
         _written=folder,
     )
+
+
+def _unpredictable_records(summary: Mapping[str, Any]) -> list[str]:
+    """Return a remark on each record whose free run cannot be predicted."""
+    return [
+        describe_growth(row["record"], row["growth"])
+        for row in summary["records"]
+        if is_unpredictable(row["growth"])
+    ]
 
 
 def _source(model: Model | PathText) -> str:
@@ -213,5 +231,5 @@ def _source(model: Model | PathText) -> str:
 
 
 def _order(score: OutputScore) -> float:
-    """Return the error in parts of the signal, infinite where the simulation diverged."""
-    return float("inf") if np.isinf(score.rms_error) else float(np.nan_to_num(score.nrmse))
+    """Return the error in parts of the variation, infinite where the simulation diverged."""
+    return float("inf") if np.isinf(score.rms_error) else float(np.nan_to_num(score.share))

@@ -13,6 +13,7 @@ from rtctl.api.datasets import dataset_of, stored_dataset_of
 from rtctl.api.diagnosis_defaults import SECONDS, WORK
 from rtctl.api.inputs import PathText, path_of
 from rtctl.api.model import Model, kind_of, model_of
+from rtctl.border.equations.file import EquationsFile
 from rtctl.border.errors import InputError, nearest
 from rtctl.diagnosis.problem.cancellation import CancellationToken
 from rtctl.diagnosis.search.request import DiagnosisOptions
@@ -190,6 +191,7 @@ def diagnose(
         RunError: Stopped before anything was known.
     """
     from rtctl.diagnosis import diagnose as internal
+    from rtctl.models.temperatures import describe_celsius
     from rtctl.session.model_validation import check_kind, simulation_of
 
     options = DiagnosisOptions(false_claim_rate=false_claim_rate, work=work, seconds=seconds)
@@ -203,7 +205,8 @@ def diagnose(
     ids = _chosen(mechanisms, simulation)
     with watched_search(f"diagnose {data.name}", options.cancellation, report) as heard:
         answer = internal.diagnose(data, model.content, simulation, ids, options, heard)
-    answer = replace(answer, warnings=(*data.remarks, *answer.warnings))
+    celsius = describe_celsius(model.content, data) if isinstance(model.content, EquationsFile) else ()
+    answer = replace(answer, warnings=(*data.remarks, *celsius, *answer.warnings))
     return Diagnosis(answer=answer, dataset=data, nominal=model, words=_words(options, mechanisms))
 
 

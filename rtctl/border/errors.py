@@ -20,6 +20,14 @@ class InputError(RtctlError):
     exit_code = 2
 
 
+class NoStreamError(InputError):
+    """A model cannot be a device that runs sample by sample: `mechanisms` have no form for one."""
+
+    def __init__(self, message: str, mechanisms: tuple[str, ...]) -> None:
+        super().__init__(message)
+        self.mechanisms = mechanisms
+
+
 class RunError(RtctlError):
     """A run started and failed. Exit code 1."""
 

@@ -22,8 +22,8 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "rtctl acquire acquire_vo2 --set driver.kind=modbus-tcp --set driver.address=192.0.2.7:502 --out data",
     ),
     "init": (
-        "rtctl init shaker.uff",
         "rtctl init run*.csv --yes --time t:ms --input u:V --output displacement=x:mm --out study",
+        "rtctl init heater*.mat --yes --model heater.toml --out study",
     ),
     "preview": ("rtctl preview data/dataset.toml", "rtctl preview data/dataset.toml --out look.png"),
     "identify": (

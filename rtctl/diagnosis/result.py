@@ -49,7 +49,7 @@ class Cause(NamedTuple):
     def certainty(self) -> str:
         """Return the probability as text; where it is None, the share of the error that the cause removes."""
         if self.probability is None:
-            return f"removes {min(self.share_removed, 0.999):.0%}"
+            return f"removes {share_text(min(self.share_removed, 0.999))} of the error"
         return f"{self.probability:.1%}"
 
     def as_json(self) -> dict[str, Any]:
@@ -62,6 +62,13 @@ class Cause(NamedTuple):
             },
             "indistinguishable_from": list(self.indistinguishable_from),
         }
+
+
+def share_text(share: float) -> str:
+    """Return a share in percent, with a digit more where it would be rounded to nothing."""
+    if 0.0 < share < 0.001:
+        return "less than 0.1%"
+    return f"{share:.0%}" if share >= 0.01 else f"{share:.1%}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -123,7 +123,7 @@ def read_record(reading: Reading, k: int, name: str) -> Record | None:
             unit = _time_unit(reading, entry)
             span_s = float(time.time_s[-1] - time.time_s[0])
             if remark := remark_on_period(period_s, span_s, unit, entry.time):
-                reading.findings.remark(f"{where}: {remark}")
+                reading.findings.remark(remark if unit.source else f"{where}: {remark}")  # once for all files
         return Record(
             name=name,
             file=entry.file,
@@ -251,6 +251,8 @@ def _columns(
             check_finite(values, column, first)
             if table.counts:
                 values = (1.0 if table.scale is None else table.scale) * values + (table.offset or 0.0)
+                if remark := _below_zero(values, table.unit, table.offset):
+                    reading.findings.remark(f"signals.{name}: {remark}")
             columns[name] = convert_column(values, table.unit, reading.unit(name))
     if entry.time is None:
         return columns, None
@@ -259,6 +261,13 @@ def _columns(
         raw = cache.raw(path, entry.time, first, last)
         return columns, seconds(raw, _time_unit(reading, entry), entry.time, first)
     return columns, None
+
+
+def _below_zero(values: FloatArray, unit: str, offset: float | None) -> str:
+    """Return a remark on a temperature that its offset leads below absolute zero; "" where it does not."""
+    if offset is None or unit != "K" or not float(values.min()) < 0.0:
+        return ""
+    return f"offset = {offset:g} leads to temperatures below 0 K: of a column in degC it is 273.15, with its sign"
 
 
 def _rows_of_columns(reading: Reading, entry: RecordTable) -> dict[str, tuple[int, int | None]]:

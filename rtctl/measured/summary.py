@@ -21,6 +21,8 @@ FEWEST_PERIODS = 4
 """Periods in a record below which a line is a trend."""
 STANDS_OUT, EXCITED, FEW_BINS = 4.0, 0.01, 12
 """Height of a line over the median of what is excited; share of the largest that counts as excited; bins of a tone."""
+WIDTH, RISES = 2, 2.0
+"""Bins of a line in the averaged spectrum; height of a line over what is below it in frequency."""
 CLIPPED_RUN = 12
 """Equal readings at an extreme, in a row, from which a signal that moves is probably clipped."""
 SIGNAL_HEADERS = (
@@ -113,7 +115,7 @@ def summarise(dataset: Dataset, sources: Mapping[str, Source] | None = None) -> 
             first_row=table.first_row if table else 0, ignore_first=one.ignore_first,
             rate_hz=None if one.is_sweep else 1.0 / one.period_s,
             duration_s=None if one.is_sweep else one.samples * one.period_s,
-            gaps=_course(one) if one.is_sweep else "resampled" if table and table.resample else "none",
+            gaps=_course(one) if one.is_sweep else "resampled" if table and table.resample else "none in it",
         )
         for one, table in zip(dataset.records, matched, strict=True)
     )  # fmt: skip
@@ -147,7 +149,8 @@ def record_rows(summary: Summary) -> list[list[str]]:
 def strongest_hz(values: FloatArray, period_s: float) -> float | None:
     """Return the frequency [Hz] of the line that stands out of the spectrum of `values` (n,); None: none does.
 
-    The line stands `STANDS_OUT` times above the usual height of what is excited, or next to nothing else is.
+    The line stands `STANDS_OUT` times above the usual height of what is excited, and above what lies below its own
+    frequency (a staircase or a trend falls from the lowest frequency on), or next to nothing else is.
     """
     shown = values[:LONGEST_SPECTRUM]
     if len(shown) < FEWEST_SAMPLES or not np.ptp(shown) > 0.0:
@@ -159,12 +162,20 @@ def strongest_hz(values: FloatArray, period_s: float) -> float | None:
         np.mean([np.abs(np.fft.rfft((part - part.mean()) * window)) ** 2 for part in parts], axis=0)
     )[1:]
     excited = rough[rough > EXCITED * rough.max()]
-    if len(excited) >= FEW_BINS and rough.max() < STANDS_OUT * np.median(excited):
+    if len(excited) >= FEW_BINS and (
+        rough.max() < STANDS_OUT * np.median(excited) or _only_falls(rough, int(rough.argmax()))
+    ):
         return None
     fine = np.abs(np.fft.rfft((shown - shown.mean()) * np.hanning(len(shown))))
     fine[0] = 0.0
     place = int(fine.argmax())
     return place / (len(shown) * period_s) if place >= FEWEST_PERIODS else None
+
+
+def _only_falls(rough: FloatArray, place: int) -> bool:
+    """Return whether a spectrum (bins,) does not rise to its largest bin at `place` from the frequencies below it."""
+    below = rough[: place - WIDTH + 1] if place >= WIDTH else rough[:0]
+    return not len(below) or float(rough[place]) < RISES * float(np.median(below))
 
 
 def _manifest(dataset: Dataset) -> Manifest | None:

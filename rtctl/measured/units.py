@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -32,9 +32,16 @@ def is_unit(unit: Any) -> bool:
 def check_proportional(unit: str) -> None:
     """Raise ValueError for a unit in which no equation of motion holds, as its zero means something: dB and degC."""
     if not is_proportional(unit):
+        held = absolute_unit(unit)
+        scale = "" if held.scale is None else f" and scale = {held.scale:.9g}"
+        remedy = (
+            "convert the column (dB to V)"
+            if held.unit == unit
+            else f'write unit = "{held.unit}" with offset = {held.offset:.9g}{scale}, which convert the column '
+            f"({unit} to {held.unit})"
+        )
         raise ValueError(
-            f'"{unit}" is a logarithm or has its zero elsewhere, and no equation of motion holds in it; convert the '
-            "column (dB to V, degC to K)"
+            f'"{unit}" is a logarithm or has its zero elsewhere, and no equation holds in it; {remedy}'
         )
 
 
@@ -62,6 +69,31 @@ def same_unit(one: str, other: str) -> bool:
 def is_proportional(*units: str) -> bool:
     """Return whether zero of each readable unit means nothing: not so of degC and dB."""
     return all(unit_registry().Quantity(1.0, parsed_unit(unit))._is_multiplicative for unit in units)
+
+
+class Absolute(NamedTuple):
+    """A unit whose zero is none of the quantity, and how a column is brought into it: scale * column + offset."""
+
+    unit: str
+    scale: float | None = None
+    """None: 1."""
+    offset: float | None = None
+    """Offset [unit]; None: 0."""
+
+
+def absolute_unit(unit: str) -> Absolute:
+    """Return K with scale and offset for degC and degF, every other unit as it is."""
+    if (
+        not unit
+        or not is_unit(unit)
+        or is_proportional(unit)
+        or parsed_unit(unit).dimensionality != parsed_unit("K").dimensionality
+    ):
+        return Absolute(unit)
+    registry = unit_registry()
+    zero, one = (float(registry.Quantity(value, parsed_unit(unit)).to("K").magnitude) for value in (0.0, 1.0))
+    scale = one - zero
+    return Absolute("K", None if abs(scale - 1.0) < ROUNDING else scale, round(zero, 9))
 
 
 def convert_column(values: FloatArray, unit: str, to: str) -> FloatArray:

@@ -108,20 +108,20 @@ def comparison_figure(compared: Compared) -> Figure:
 
 def _headline(compared: Compared) -> tuple[str, str]:
     scored = compared.scored
-    signal = _rms(compared.measured[compared.ignore_first :])
+    scored_signal = compared.measured[compared.ignore_first :]
+    signal = _rms(scored_signal) if compared.frequency_hz is not None else variation(scored_signal)
     if scored.stop < len(compared.error):
         when = compared.time_s[scored.stop] - compared.time_s[0]
         return (
             f"{compared.title}: the simulation diverged at {when:.4g} s",
-            f"{compared.output}, RMS {in_words(signal, compared.unit)} measured; what follows is before the divergence",
+            f"{compared.output} varies by {in_words(signal, compared.unit)} RMS; what follows is before the divergence",
         )
     error = compared.error[scored]
-    finding = (
-        f"{compared.title}: simulated {compared.output} is off by {_percent(_rms(error), signal)} of its RMS"
-    )
+    share = _percent(_rms(error), signal)
+    finding = f"{compared.title}: simulated {compared.output} is off by {share} of its variation"
     largest = float(np.abs(error).max())
     detail = f"error RMS {in_words(_rms(error), compared.unit)}, largest {in_words(largest, compared.unit)}"
-    detail += f"; signal RMS {in_words(signal, compared.unit)}"
+    detail += f"; the signal varies by {in_words(signal, compared.unit)} RMS about its mean"
     if compared.noise is not None:
         floor = _rms(compared.noise[compared.ignore_first :])
         detail += f"; what does not repeat {in_words(floor, compared.unit)}"
@@ -135,6 +135,11 @@ def in_words(value: float, unit: str, digits: int = 4) -> str:
 
 def _percent(part: float, whole: float) -> str:
     return f"{100.0 * part / whole:.3g} %" if whole > 0.0 else "an unknown share"
+
+
+def variation(values: FloatArray) -> float:
+    """Return the RMS of `values` (n,) about their mean."""
+    return float(np.std(values)) if len(values) else 0.0
 
 
 def _rms(values: FloatArray) -> float:
@@ -185,7 +190,7 @@ def _draw_moment(axes: Axes, compared: Compared) -> None:
     time, marker = compared.time_s[window], "." if window.stop - window.start < 150 else ""
     reading = drawn_reading(compared.output, compared.unit, compared.measured)
     curves = [(compared.simulated, BLUE, "simulated", 2.4), (compared.measured, BLACK, "measured", 0.9)]
-    if not reading.is_logarithmic:
+    if not reading.is_logarithmic and _reaches_zero(compared.measured[window]):
         curves.append((compared.error, VERMILION, "error", 1.0))
     for values, color, label, width in curves:
         drawn = reading.of(values[window])
@@ -193,6 +198,12 @@ def _draw_moment(axes: Axes, compared: Compared) -> None:
     reading.label(axes)
     axes.set_xlabel("time [s]: around the largest error")
     axes.legend(**ABOVE)
+
+
+def _reaches_zero(values: FloatArray) -> bool:
+    """Return whether zero is so near to `values` that an axis with both shows how they vary: not of a temperature."""
+    low, high = float(values.min()), float(values.max())
+    return max(low, -high, 0.0) <= BEYOND * (high - low)
 
 
 def _worst_window(compared: Compared) -> slice:
@@ -262,12 +273,16 @@ def _draw_share(axes: Axes, error: FloatArray, period_s: float) -> None:
 
 
 def amplitude_density(
-    values: FloatArray, period_s: float, *, remove_mean: bool = True
+    values: FloatArray, period_s: float, *, remove_mean: bool = True, segment: int | None = None
 ) -> tuple[FloatArray, FloatArray]:
-    """Return frequencies [Hz] and one-sided amplitude density [unit of `values`/sqrt(Hz)] by Welch's method."""
+    """Return frequencies [Hz] and one-sided amplitude density [unit of `values`/sqrt(Hz)] by Welch's method.
+
+    `segment`: samples of a segment; None: so many that there are `SEGMENTS`.
+    """
     from scipy.signal import welch
 
-    segment = min(max(2 * len(values) // (SEGMENTS + 1), 16), LONGEST_SEGMENT, len(values))
+    usual = max(2 * len(values) // (SEGMENTS + 1), 16)
+    segment = min(usual if segment is None else segment, LONGEST_SEGMENT, len(values))
     frequency, power = welch(
         values, 1.0 / period_s, nperseg=segment, detrend="constant" if remove_mean else False
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -136,8 +137,9 @@ def spectrum_figure(
 def _density(shown: BeforeAfter, values: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return frequencies [Hz] and amplitude density of the longest pieces of a record, powers averaged."""
     longest = max(one.stop - one.start for one in shown.pieces)
+    several = len(shown.pieces) > 1  # their average takes the place of that of segments
     found = [
-        amplitude_density(values[one], shown.period_s)
+        amplitude_density(values[one], shown.period_s, segment=longest if several else None)
         for one in shown.pieces
         if one.stop - one.start == longest
     ]
@@ -150,8 +152,8 @@ def plane_figure(records: Sequence[BeforeAfter], *, extended: bool) -> Figure:
     before, after = (np.concatenate([one.errors[k] for one in records]) for k in (0, 1))
     output, unit = records[0].output, records[0].unit
     position = np.nan_to_num(np.concatenate([one.after for one in records]))
-    speed = np.nan_to_num(np.concatenate([one.velocity for one in records]))
-    across, up = fitting_unit(unit, position), fitting_unit(f"{unit}/s", speed)
+    speed = np.nan_to_num(np.concatenate([one.output_rate for one in records]))
+    across, up = fitting_unit(unit, position), fitting_unit(rate_unit(unit), speed)
     panels = [(before, "today's model, re-fitted")] + ([(after, "extended model")] if extended else [])
     scale = drawn_error(unit, before)
     with house_style():
@@ -174,6 +176,12 @@ def plane_figure(records: Sequence[BeforeAfter], *, extended: bool) -> Figure:
         bar = figure.colorbar(drawn, ax=row.tolist(), extend="both")
         bar.set_label(f"mean error [{scale.unit}]")
         return figure
+
+
+def rate_unit(unit: str) -> str:
+    """Return the unit of the rate of what is in `unit`: mm/s of mm, mm/s^2 of mm/s."""
+    found = re.fullmatch(r"(.*/s)(?:\^(\d))?", unit)
+    return f"{unit}/s" if found is None else f"{found[1]}^{int(found[2] or 1) + 1}"
 
 
 def _fit_to_cells(axes: Axes, means: FloatArray, edges: tuple[FloatArray, FloatArray]) -> None:

@@ -77,9 +77,15 @@ def candidates_figure(
         return figure
 
 
+CELL_INCHES = 0.2
+"""Side of a cell of the matrix of effects."""
+
+
 def isolability_figure(ids: Sequence[str], visible: FloatArray, cosine: FloatArray) -> Figure:
     """Draw |cos| of the traces of each two effects, and the visible share of each trace."""
-    size = 0.3 * len(ids) + 2.4
+    size = (
+        CELL_INCHES * len(ids) + 2.4
+    )  # as wide as the other pictures, so that a page shows its words as large
     with house_style():
         figure = new_figure(size + 1.6, size)
         matrix, share = figure.subplots(1, 2, width_ratios=(len(ids), 3.0), sharey=True)
@@ -90,7 +96,7 @@ def isolability_figure(ids: Sequence[str], visible: FloatArray, cosine: FloatArr
         for row, column in zip(*np.nonzero(np.nan_to_num(cosine) > TOLD_APART), strict=True):
             if row != column:
                 text = f"{100.0 * cosine[row, column]:.0f}"
-                matrix.annotate(text, (column, row), ha="center", va="center", fontsize=7.5, color="white")
+                matrix.annotate(text, (column, row), ha="center", va="center", fontsize=6.0, color="white")
         share.barh(range(len(ids)), 100.0 * np.asarray(visible), color=GREY)
         share.set_xlim(0.0, 100.0)
         share.grid(False, axis="y")

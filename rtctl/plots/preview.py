@@ -138,18 +138,14 @@ def _draw_whole(axes: Axes, dataset: Dataset, name: str, placed: Sequence[Placed
 def _draw_spectrum(axes: Axes, dataset: Dataset, name: str, summary: Summary) -> None:
     drawn = False
     for use, color in COLORS.items():
-        having = [one for one in dataset.records if one.use == use and one.has(name)]
-        record = max(having, key=lambda one: one.samples, default=None)
-        if (
-            record is None
-            or record.samples < 32
-            or not np.ptp(record.signals[name][record.ignore_first :]) > 0.0
+        for record in _with_spectra(
+            [one for one in dataset.records if one.use == use and one.has(name)], name
         ):
-            continue
-        frequency, amplitude = amplitude_density(record.signals[name][record.ignore_first :], record.period_s)
-        kept = extremes(np.log(np.maximum(amplitude, 1e-300)))
-        axes.plot(frequency[kept], amplitude[kept], color=color, linewidth=0.9)
-        drawn = True
+            values = record.signals[name][record.ignore_first :]
+            frequency, amplitude = amplitude_density(values, record.period_s)
+            kept = extremes(np.log(np.maximum(amplitude, 1e-300)))
+            axes.plot(frequency[kept], amplitude[kept], color=color, linewidth=0.9)
+            drawn = True
     if not drawn:
         note(axes, "nothing varies, or too few samples: there is no spectrum")
         return
@@ -160,6 +156,18 @@ def _draw_spectrum(axes: Axes, dataset: Dataset, name: str, summary: Summary) ->
     if line_hz is not None:
         axes.axvline(line_hz, color=RAIL, linewidth=1.0, zorder=0.5)
         axes.set_title(f"strongest line {line_hz:.4g} Hz", loc="right", fontsize=9.0)
+
+
+def _with_spectra(records: Sequence[Record], name: str) -> list[Record]:
+    """Return the longest record in which a signal varies and, where that is another one, the strongest."""
+    varying = [
+        one for one in records if one.samples >= 32 and np.ptp(one.signals[name][one.ignore_first :]) > 0.0
+    ]
+    if not varying:
+        return []
+    longest = max(varying, key=lambda one: one.samples)
+    strongest = max(varying, key=lambda one: float(np.std(one.signals[name][one.ignore_first :])))
+    return [longest] if strongest is longest else [longest, strongest]
 
 
 def _scale(axes: Axes, unit: str, values: FloatArray) -> bool:

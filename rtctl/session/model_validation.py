@@ -28,7 +28,12 @@ from rtctl.measured.stored import StoredDataset
 from rtctl.models.kinds import model_kind
 from rtctl.recording import write_parquet
 from rtctl.registry import plant_kinds
+from rtctl.session.free_run_growth import measure_growth
 from rtctl.wiring import build_simulation, read_model
+
+ASKED_FROM = 0.05
+"""Error in parts of the variation from which it is asked whether the free run can be predicted at all: an error of
+less says that it was."""
 
 
 class OutputScore(NamedTuple):
@@ -40,6 +45,13 @@ class OutputScore(NamedTuple):
     max_signal: float
     integrator_error: float
     """RMS change of the simulation with half the step, divided by `rms_error`."""
+    rms_variation: float
+    """RMS of the signal about its mean; of a sweep, whose samples are amplitudes, about zero."""
+
+    @property
+    def share(self) -> float:
+        """RMS error divided by the variation; NaN where nothing varies."""
+        return self.rms_error / self.rms_variation if self.rms_variation > 0.0 else math.nan
 
     @property
     def nrmse(self) -> float:
@@ -58,14 +70,16 @@ class ComparedRecord:
     """Errors of each measured output."""
     diverged_at_s: float | None
     """Time since the first sample [s] at which the simulation diverged; None: it did not."""
+    growth: float = 0.0
+    """How far a small difference of the start grows; 0 where the errors are so small that it was not asked."""
 
     @property
     def badness(self) -> float:
-        """The largest error of an output in parts of its signal; infinite where the simulation diverged."""
+        """The largest error of an output in parts of its variation; infinite where the simulation diverged."""
         if self.diverged_at_s is not None:
             return math.inf
         return max(
-            (score.nrmse for score in self.scores.values() if not math.isnan(score.nrmse)), default=0.0
+            (score.share for score in self.scores.values() if not math.isnan(score.share)), default=0.0
         )
 
 
@@ -75,7 +89,7 @@ class DatasetComparison(NamedTuple):
     summary: dict[str, Any]
     """Content of `summary.json`."""
     worst: ComparedRecord
-    """The record with the largest error in parts of its signal."""
+    """The record with the largest error in parts of its variation."""
     records: Mapping[str, ComparedRecord]
     """Every record by its name, in the dataset's order; empty unless they were to be kept."""
 
@@ -188,26 +202,28 @@ def compare_record(simulation: Simulation, record: Record, holds: Mapping[str, s
     measured = [name for name in simulation.outputs if record.has(name)]
     simulated = {name: prediction.outputs[name][0] for name in measured}
     diverged = int(prediction.diverged_at[0])
+    scores = {name: _score(record, name, simulated[name], finer.outputs[name][0]) for name in measured}
+    asked = diverged < 0 and not record.is_sweep and any(one.share > ASKED_FROM for one in scores.values())
+    course = prediction.outputs[simulation.outputs[0]][0]
     return ComparedRecord(
         record=record,
         simulated=simulated,
-        scores={
-            name: _score(record.signals[name], simulated[name], finer.outputs[name][0], record.ignore_first)
-            for name in measured
-        },
+        scores=scores,
         diverged_at_s=None if diverged < 0 else diverged * record.period_s,
+        growth=measure_growth(simulation, stimulus, values, course) if asked else 0.0,
     )
 
 
-def _score(measured: FloatArray, simulated: FloatArray, finer: FloatArray, ignored: int) -> OutputScore:
-    signal, error = measured[ignored:], (simulated - measured)[ignored:]
+def _score(record: Record, name: str, simulated: FloatArray, finer: FloatArray) -> OutputScore:
+    measured = record.signals[name]
+    signal, error = measured[record.ignore_first :], (simulated - measured)[record.ignore_first :]
+    size, largest = _rms(signal), float(np.abs(signal).max())
+    variation = size if record.is_sweep else float(np.std(signal))
     if not np.isfinite(error).all():
-        return OutputScore(math.inf, _rms(signal), math.inf, float(np.abs(signal).max()), math.nan)
-    rms_error, change = _rms(error), _rms((finer - simulated)[ignored:])
+        return OutputScore(math.inf, size, math.inf, largest, math.nan, variation)
+    rms_error, change = _rms(error), _rms((finer - simulated)[record.ignore_first :])
     share = change / rms_error if rms_error > 0.0 else math.nan
-    return OutputScore(
-        rms_error, _rms(signal), float(np.abs(error).max()), float(np.abs(signal).max()), share
-    )
+    return OutputScore(rms_error, size, float(np.abs(error).max()), largest, share, variation)
 
 
 def _rms(values: FloatArray) -> float:
@@ -224,7 +240,7 @@ def _summary_row(compared: ComparedRecord, units: Mapping[str, str]) -> dict[str
         "file": record.file, "use": record.use, "outputs": outputs, "record": record.name,
         "samples": record.samples, "ignore_first": record.ignore_first,
         "sample_rate_hz": None if record.is_sweep else 1.0 / record.period_s,
-        "diverged_at_s": compared.diverged_at_s, "conditions": dict(record.conditions),
+        "diverged_at_s": compared.diverged_at_s, "growth": compared.growth, "conditions": dict(record.conditions),
     }  # fmt: skip
 
 

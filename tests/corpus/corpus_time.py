@@ -87,7 +87,7 @@ ONES = (
     Situation("rounded stamps at 2048 Hz", columns(np.round(K / 2048.0, 6), form="{:.6f}"), Right(rate_hz=2048.0)),
     Situation("rounded stamps, alternating 0.3 and 0.4 ms", columns(np.round(K / 3000.0, 4), form="{:.4f}"), Right(rate_hz=3000.0)),
     Situation("a sample lost", columns(T, LOST), Right(remark="resampled", fewest=0, lost=LOST, within=0.02)),
-    Situation("a gap", columns(T, LOST_MANY), Right(remark="gaps in time", fewest=560, lost=LOST_MANY)),
+    Situation("a gap", columns(T, LOST_MANY), Right(remark="a gap in time", fewest=560, lost=LOST_MANY)),
     Situation("two samples of one time", columns(np.where(K == 300, T[299], T)), refused("r.csv", "does not increase", "row 299"), {"time": "t:s"}),
     Situation("each stamp twice", columns(T - T % 0.002), refused("r.csv", "does not increase"), {"time": "t:s"}),
     Situation("stamps in blocks of 10, as drivers deliver them", columns(np.floor(K / 10) * 0.01), refused("r.csv", "does not increase"), {"time": "t:s"}),

@@ -285,7 +285,8 @@ def test_what_one_record_does_not_decide_is_measured_as_often_as_it_takes() -> N
     )  # told is the least, linear in the rival
     assert len(noisy.scenario["excitation"]) == noisy.times
     far_too_noisy = with_noise(8.0 * once.separation / LIMITS.deciding_separation)
-    assert "too few to decide" in far_too_noisy.statement
+    assert "What is missing: longer records, less noise" in far_too_noisy.statement
+    assert "Measure this next" not in far_too_noisy.statement
 
 
 def test_what_decides_with_fewer_records_goes_before_what_one_record_says_more_by() -> None:
@@ -435,7 +436,7 @@ def test_the_statement_decides_by_the_given_thresholds() -> None:
     strict = proposed._replace(limits=replace(LIMITS, deciding_separation=proposed.separation + 1.0))
     blind = proposed._replace(limits=replace(LIMITS, alike_separation=proposed.separation + 1.0))
     assert (proposed.decides, strict.decides) == (True, False)
-    assert "too few to decide" in strict.statement
+    assert "What is missing: longer records, less noise" in strict.statement
     assert (proposed.in_vain, blind.in_vain) == (False, True)
 
 

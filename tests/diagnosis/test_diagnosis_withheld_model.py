@@ -16,6 +16,7 @@ import rtctl
 from rtctl.cli import main
 from rtctl.cli.verbs.modelling.identify import is_diagnosed_next
 from rtctl.diagnosis.problem.subject import Rehearsal
+from rtctl.diagnosis.report.files import scenario_text
 from rtctl.diagnosis.search.holdout_error import Gain
 from rtctl.diagnosis.verification.misfit_checks import require_model_follows
 from rtctl.diagnosis.verification.verdict import Verdict
@@ -32,6 +33,15 @@ def friction(tmp_path_factory: pytest.TempPathFactory) -> rtctl.Diagnosis:
     folder = tmp_path_factory.mktemp("withheld")
     friction_case(folder)
     return rtctl.diagnose(folder / "dataset.toml", folder / "model.toml", mechanisms="friction.coulomb")
+
+
+@pytest.fixture(scope="module")
+def unexplained(tmp_path_factory: pytest.TempPathFactory) -> rtctl.Diagnosis:
+    """Diagnosis of the same beam of which dry friction is not tried."""
+    folder = tmp_path_factory.mktemp("unexplained")
+    friction_case(folder)
+    wrong = ["damping.quadratic", "stiffness.cubic"]
+    return rtctl.diagnose(folder / "dataset.toml", folder / "model.toml", mechanisms=wrong)
 
 
 def test_a_device_without_a_gap_gives_no_extended_model(
@@ -77,23 +87,92 @@ def test_a_model_that_helps_the_loop_alone_is_handed_out(
     assert (found.withheld == "") is handed_out
 
 
-def test_a_rehearsal_of_the_next_experiment_has_a_model_all_the_same(tmp_path: Path) -> None:
-    friction_case(tmp_path)
-    wrong = ["damping.quadratic", "stiffness.cubic"]
-    found = rtctl.diagnose(tmp_path / "dataset.toml", tmp_path / "model.toml", mechanisms=wrong)
+def test_a_rehearsal_of_the_next_experiment_has_a_model_all_the_same(
+    unexplained: rtctl.Diagnosis, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found = unexplained
     assert (found.verdict, found.model) == ("unexplained", None)
     found.save(tmp_path / "out")
     assert not (tmp_path / "out" / "model-extended.toml").exists()
     scenario = tomllib.loads((tmp_path / "out" / "next-experiment.toml").read_text())
     assert scenario["driver"]["device"] == "next-experiment-model.toml"
-    command = [
-        "acquire",
-        str(tmp_path / "out" / "next-experiment.toml"),
-        "--out",
-        str(tmp_path / "data"),
-        "--quiet",
-    ]
-    assert main(command) == 0
+    rehearse(tmp_path / "out", capsys)
+
+
+def test_a_rehearsal_leaves_out_what_no_device_can_have_and_says_so(
+    unexplained: rtctl.Diagnosis, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    nominal = unexplained.nominal.source
+    assert nominal is not None
+    held = tmp_path / "held.toml"
+    held.write_text(nominal.read_text() + HELD)
+    replace(unexplained, answer=replace(unexplained.answer, model=rtctl.read_model(held).content)).save(
+        tmp_path / "out"
+    )
+    scenario = (tmp_path / "out" / "next-experiment.toml").read_text()
+    assert "# The rehearsing device leaves out input.hold, timing.skew:" in scenario
+    model = rtctl.read_model(tmp_path / "out" / "next-experiment-model.toml")
+    assert model.mechanisms == ("friction.coulomb",)
+    said = rehearse(tmp_path / "out", capsys)
+    assert "These data are simulated, by the device next-experiment-model.toml" in said
+    assert "leaves out input.hold, timing.skew, which the diagnosed model has" in said
+
+
+@pytest.mark.parametrize(
+    ("units", "told"),
+    [({"drive": "V", "velocity": "mm/s"}, True), ({"drive": "V", "displacement": "mm"}, False)],
+)
+def test_a_rehearsal_of_velocities_says_that_its_device_reads_the_displacement(
+    unexplained: rtctl.Diagnosis, units: dict[str, str], told: bool
+) -> None:
+    assert unexplained.next_experiment is not None
+    text = scenario_text(unexplained.next_experiment, units=units)
+    assert ("on the bench record the velocity again" in text) is told
+    assert tomllib.loads(text)["scenario"]["plant"] == "oscillator"
+
+
+HELD = """
+[[model.mechanisms]]
+id = "input.hold"
+parameters = { toward_band_limited = { value = 1.0, unit = "dimensionless" } }
+[[model.mechanisms]]
+id = "timing.skew"
+parameters = { late = { value = 1.0, unit = "ms" } }
+[[model.mechanisms]]
+id = "friction.coulomb"
+parameters = { level = { value = 1.8, unit = "mm/s^2" } }
+"""
+
+
+def rehearse(folder: Path, capsys: pytest.CaptureFixture[str]) -> str:
+    """Run the command that a diagnosis prints next, and return what it says."""
+    assert main(["acquire", str(folder / "next-experiment.toml"), "--out", str(folder / "next")]) == 0
+    said = capsys.readouterr()
+    assert (folder / "next" / "dataset.toml").exists()
+    return said.out + said.err
+
+
+@pytest.mark.parametrize(
+    ("verdict", "error", "told"),
+    [("adequate", 1.0, True), ("adequate", 1e-6, False), ("unexplained", 1.0, False)],
+)
+def test_an_error_far_above_the_noise_is_explained_beside_nothing_is_wrong(
+    friction: rtctl.Diagnosis,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    verdict: str,
+    error: float,
+    told: bool,
+) -> None:
+    from rtctl.cli.printing.diagnosis import print_diagnosis
+
+    gain = friction.answer.gain
+    assert gain is not None
+    found = replace(
+        friction.answer, verdict=verdict, causes=(), gain=gain._replace(before=gain.noise_floor * 1e3 * error)
+    )
+    print_diagnosis(found, tmp_path)
+    assert ("far above the noise all the same" in capsys.readouterr().out) is told
 
 
 def test_what_is_left_beside_a_cause_takes_its_probability(
@@ -108,7 +187,7 @@ def test_what_is_left_beside_a_cause_takes_its_probability(
         causes=(cause._replace(probability=None, share_removed=0.72),),
     )  # fmt: skip
     print_diagnosis(partly, tmp_path)
-    assert "removes 72%  friction.coulomb:" in capsys.readouterr().out
+    assert "removes 72% of the error  friction.coulomb:" in capsys.readouterr().out
     assert partly.json["causes"][0]["probability"] is None
     assert "removes 72%" in replace(friction, answer=partly)._repr_html_()
     partial = replace(friction, answer=partly)

@@ -149,7 +149,12 @@ def test_parameters_that_the_outputs_cannot_determine_are_named(tmp_path: Path) 
     fit = rtctl.identify(data, model=model)
     undetermined = fit.result.fit.determinability.undetermined
     assert "idle" in undetermined
-    assert {"k1", "k2"} <= set(undetermined)
+    held, given = set(undetermined) - {"idle"}, rtctl.read_model(model).parameters
+    assert len(held) == 2, "the two levels have scales of their own"
+    assert [fit.parameters[name].value for name in held] == [given[name].value for name in held]
+    (said,) = [one for one in fit.warnings if "no other input would" in one]
+    assert all(f"{name} stays at {given[name].value:g}" in said for name in held)
+    assert all(name in said for name in ("k1", "k2", "k4"))
     assert "these data say nothing of idle" in "\n".join(fit.warnings)
     assert fit.parameters["idle"].standard_error is None
 

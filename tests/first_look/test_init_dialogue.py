@@ -73,7 +73,7 @@ def test_a_person_takes_the_guesses_by_enter_and_says_what_is_not_known(tmp_path
     code, shown = talk(tmp_path, ["r.csv", "--no-plot"], answers)
     assert code == 0, shown
     for words in (
-        "What was measured? [oscillator]",
+        "What was measured (equations: a model of your own)? [oscillator]",
         "Which column is the time? (- for none) [t]",
         'In which unit does "t" count? [s]',
         "this cannot be guessed: an answer is needed",

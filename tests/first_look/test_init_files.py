@@ -264,7 +264,10 @@ def test_a_gap_divides_a_file_and_uneven_steps_are_resampled(tmp_path: Path) -> 
     t = M.t + np.where(np.arange(len(M.t)) >= 1000, 2.0, 0.0)
     found = guessed(write_text(tmp_path / "r.csv", "t [s],u [V],x [mm]\n", t, M.u, M.x))
     assert [record.samples for record in found.dataset.records] == [1000, 2000]
-    assert any("gaps in time: 2 parts" in text for text in found.unsure)
+    assert any(
+        "a gap in time, where about 2000 rows are missing (the first after row 999): 2 parts" in text
+        for text in found.unsure
+    )
     uneven = M.t + np.where(np.arange(len(M.t)) % 2, 2e-4, 0.0)
     found = rtctl.init(
         write_text(tmp_path / "s.csv", "t [s],u [V],x [mm]\n", uneven, M.u, M.x), out=tmp_path / "s"

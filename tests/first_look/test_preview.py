@@ -132,3 +132,31 @@ def test_the_report_of_a_diagnosis_has_the_tables_behind_a_fold(manifest: Path) 
     assert html.startswith("<details><summary>What was read: 2 signals, 2 records</summary>")
     assert "x [mm]" in html
     assert "b.csv" in html
+
+
+def test_a_random_staircase_and_a_trend_have_no_strongest_line() -> None:
+    rng = np.random.default_rng(5)
+    levels = np.repeat(rng.uniform(0.0, 24.0, 40), 45)
+    assert strongest_hz(levels, 1.0) is None
+    assert strongest_hz(np.cumsum(rng.normal(size=4000)), 1.0) is None
+    assert strongest_hz(levels + 60.0 * np.sin(2.0 * np.pi * 0.05 * np.arange(1800)), 1.0) == pytest.approx(
+        0.05, rel=0.02
+    )
+
+
+def test_the_strongest_record_is_in_the_spectra_beside_the_longest(tmp_path: Path) -> None:
+    m = motion(1500)
+    records = [
+        rtctl.Record(
+            name=name,
+            period_s=1e-3,
+            use="fit",
+            signals={"drive": size * m.u[:end], "displacement": size * m.x[:end]},
+        )
+        for name, size, end in (("long", 1.0, 1500), ("strong", 10.0, 1000), ("weak", 0.1, 1000))
+    ]
+    dataset = rtctl.write_dataset(
+        tmp_path, records, name="two", plant="oscillator", units={"drive": "V", "displacement": "mm"}
+    )
+    spectrum = rtctl.preview(dataset).plot().axes[2]
+    assert [len(line.get_xdata()) > 3 for line in spectrum.lines] == [True, True]

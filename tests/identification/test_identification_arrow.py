@@ -49,7 +49,7 @@ def random_arrow(p: int, segments: int, q: int, seed: int) -> tuple[NormalEquati
     return found._replace(cost=0.5 * float(r @ r)), dense, gradient
 
 
-@pytest.mark.parametrize(("segments", "q"), [(1, 2), (5, 2), (4, 1), (3, 3)])
+@pytest.mark.parametrize(("segments", "q"), [(1, 1), (1, 2), (5, 2), (4, 1), (3, 3)])
 def test_the_step_is_the_dense_one(segments: int, q: int) -> None:
     equations, dense, gradient = random_arrow(4, segments, q, seed=segments)
     shared, own = solve_step(equations, 0.1, np.zeros(4, dtype=bool))

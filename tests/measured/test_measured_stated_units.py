@@ -176,7 +176,10 @@ def test_an_attribute_that_is_no_text_says_nothing(tmp_path: Path, attribute: An
     ("change", "message"),
     [
         (('unit = "m/s^2"', 'unit = "dB"'), '"dB" is a logarithm or has its zero elsewhere'),
-        (('unit = "m/s^2"', 'unit = "degC"'), "convert the column \\(dB to V, degC to K\\)"),
+        (
+            ('unit = "m/s^2"', 'unit = "degC"'),
+            'write unit = "K" with offset = 273.15, which convert the column \\(degC to K\\)',
+        ),
         (('unit = "mm"', 'unit = "dB"'), 'key "signals.displacement.unit": "dB" is a logarithm'),
         (
             ('unit = "mm"', 'unit = "g"'),

@@ -5,7 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rtctl.plots.diagnosis import LEAST_COUNT, cell_means, spectrum_figure, stretch_figure
+from rtctl.plots.diagnosis import (
+    LEAST_COUNT,
+    cell_means,
+    plane_figure,
+    rate_unit,
+    spectrum_figure,
+    stretch_figure,
+)
 from rtctl.plots.elements.before_after import BeforeAfter, join_pieces
 from rtctl.plots.elements.limits import robust_limits
 from rtctl.plots.elements.readings import drawn_error, drawn_reading
@@ -18,7 +25,7 @@ def piece(begin: int, count: int, **more: object) -> BeforeAfter:
     measured = np.sin(RATE * time_s)
     values = {
         "record": "r", "output": "displacement", "unit": "mm", "rate": RATE, "time_s": time_s, "measured": measured,
-        "before": 1.001 * measured, "after": measured, "velocity": RATE * np.cos(RATE * time_s),
+        "before": 1.001 * measured, "after": measured, "output_rate": RATE * np.cos(RATE * time_s),
     }  # fmt: skip
     return BeforeAfter(**(values | more))  # type: ignore[arg-type]
 
@@ -90,3 +97,22 @@ def test_limits_keep_sines_steps_and_noise_whole_and_leave_single_spikes_out() -
     assert low == pytest.approx(-1.1, abs=0.01)
     assert (high, beyond) == (pytest.approx(1.1, abs=0.01), 2)
     assert robust_limits(np.full(3, np.nan)) == (0.0, 1.0, 0)
+
+
+def test_the_spectrum_of_short_pieces_begins_at_one_period_of_a_piece() -> None:
+    record = join_pieces([piece(200 * k, 200) for k in range(10)])
+    axes = spectrum_figure(record, np.linspace(0.0, 500.0, 9), np.full(9, 1e-6), extended=False).axes[0]
+    assert axes.get_xlim()[0] == pytest.approx(1.0 / 0.2), "below the motion, 9.5 Hz"
+
+
+@pytest.mark.parametrize(
+    ("unit", "rate"), [("mm", "mm/s"), ("mm/s", "mm/s^2"), ("m/s^2", "m/s^3"), ("V", "V/s")]
+)
+def test_the_rate_of_a_rate_has_its_own_power_of_the_second(unit: str, rate: str) -> None:
+    assert rate_unit(unit) == rate
+
+
+def test_the_plane_of_a_velocity_names_its_unit() -> None:
+    shown = piece(0, 2000, output="velocity", unit="mm/s", output_rate=np.linspace(-1.0, 1.0, 2000))
+    axes = plane_figure([shown], extended=False).axes[0]
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("velocity [mm/s]", "rate of the velocity [mm/s²]")

@@ -14,7 +14,7 @@ from plant_sim.equations.system import Constant, System
 def parameter_mechanisms(
     one: Constant, system: System, sizes: Sizes, names: Names, references: dict[str, str]
 ) -> list[EquationsMechanism]:
-    """Return the drift of a parameter and, where a fit may move it, its dependence on each input and state.
+    """Return the drift of a parameter and its dependence on each input and state, also of one whose value is known.
 
     Args:
         one: The parameter.
@@ -25,23 +25,17 @@ def parameter_mechanisms(
     """
     words = f"parameter {one.name} [{one.unit}]"
     drift = names.new(f"{one.name}_drift")
-    found = [
-        EquationsMechanism(
-            id=f"parameter.{one.name}.drift",
-            statement=f"The {words} drifts by {{rate}} of itself from the start of each record.",
-            parameters=(
-                coefficient("rate", "1/s", "relative to the parameter", 1.0 / sizes.scales.duration),
-            ),
-            family=PARAMETERS,
-            names={"rate": drift},
-            target=one.name,
-            text=f"{drift}*t",
-            slow=True,
-        )
-    ]
-    if not one.fixed:
-        found.append(_dependence(one, words, system, sizes, names, references))
-    return found
+    drifting = EquationsMechanism(
+        id=f"parameter.{one.name}.drift",
+        statement=f"The {words} drifts by {{rate}} of itself from the start of each record.",
+        parameters=(coefficient("rate", "1/s", "relative to the parameter", 1.0 / sizes.scales.duration),),
+        family=PARAMETERS,
+        names={"rate": drift},
+        target=one.name,
+        text=f"{drift}*t",
+        slow=True,
+    )
+    return [drifting, _dependence(one, words, system, sizes, names, references)]
 
 
 def _dependence(

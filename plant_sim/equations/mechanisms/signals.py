@@ -73,12 +73,12 @@ INPUTS: dict[str, SignalLaw] = {
                            inline="{x} - min(max({x}, -{width}), {width})"),
     "hold": SignalLaw(
         input_hold.MECHANISM,
-        "Between its samples the {s} is not what the manifest says: {toward_zero} of the difference is towards held, "
-        "{toward_linear} towards linear, {toward_band_limited} towards band-limited.",
+        "Between its samples the {s} does not go on as the hold in the manifest says: a share of {toward_zero} goes on "
+        'as hold = "zero" says, {toward_linear} as "linear", {toward_band_limited} as "band-limited".',
         {
-            name: f"Between its samples the {{s}} is not what the manifest says, but {hold}: {{{name}}} of the "
-            "difference."
-            for name, hold in input_hold.NAMES.items()
+            name: "Between its samples the {s} does not go on as the hold in the manifest says. "
+            + input_hold.remedy(name, "NAME").replace("[signals.NAME]", "table of the manifest")
+            for name in input_hold.HOLDS
         },
     ),
     "backlash": SignalLaw(

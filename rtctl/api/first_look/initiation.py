@@ -14,11 +14,13 @@ from rtctl.api.inputs import PathText, path_of
 from rtctl.border.errors import InputError
 from rtctl.measured.dataset import Dataset
 from rtctl.measured.proposal.manifest_text import manifest_text
-from rtctl.measured.proposal.proposal import Answers, Proposal
+from rtctl.measured.proposal.own_equations.signals import read_model_signals
+from rtctl.measured.proposal.proposal import Answers, Proposal, SignalGuess
 from rtctl.measured.proposal.propose import propose, refuse_open
 from rtctl.measured.proposal.survey import survey_files
 from rtctl.measured.reading import read_dataset
 from rtctl.measured.summary import Source
+from rtctl.measured.units import absolute_unit
 from rtctl.output.atomic_write import replacing
 
 if TYPE_CHECKING:
@@ -64,8 +66,18 @@ class Initiation:
 
     @property
     def next_command(self) -> tuple[str, ...]:
-        """Words of the next command."""
-        return "rtctl", "identify", str(self.path), "--out", str(self.path.parent / "model.toml")
+        """Words of the next command; () where a model must be written before."""
+        if self.proposal.kind.free_signals and self.proposal.model is None:
+            return ()
+        start = () if self.proposal.model is None else ("--model", str(self.proposal.model))
+        return "rtctl", "identify", str(self.path), *start, "--out", str(self._model())
+
+    def _model(self) -> Path:
+        """Return a path for the identified model that is not that of the model to start from."""
+        named = self.path.parent / "model.toml"
+        start = self.proposal.model
+        is_start = start is not None and start.resolve() == named.resolve()
+        return self.path.parent / "model-identified.toml" if is_start else named
 
     def plot(self) -> Figure:
         """Return the figure of the preview."""
@@ -80,7 +92,7 @@ class Initiation:
             "unsure": list(self.unsure),
             "not_used": dict(self.proposal.unused),
             **self.summary.to_dict(),
-            "next": shlex.join(self.next_command),
+            "next": shlex.join(self.next_command) or None,
         }
 
     def __repr__(self) -> str:
@@ -92,12 +104,13 @@ class Initiation:
         return self.summary._repr_html_()
 
 
-# 12 parameters because each is an option of the command line
+# 13 parameters because each is an option of the command line
 def init(  # noqa: PLR0913
     files: PathText | Sequence[PathText],
     *,
     out: PathText | None = None,
     plant: str | None = None,
+    model: PathText | None = None,
     inputs: str | Sequence[str] = (),
     outputs: str | Sequence[str] | Mapping[str, str] = (),
     time: str | None = None,
@@ -113,8 +126,10 @@ def init(  # noqa: PLR0913
     Args:
         files: One or several data files of one kind; they are neither copied nor changed.
         out: Folder of `dataset.toml` and `preview.png`; None: that of the first file.
-        plant: Kind of plant; None: guessed.
-        inputs: `COLUMN[:UNIT]` of the drive, or `NAME=COLUMN[:UNIT]`; what is not said is guessed.
+        plant: Kind of plant; None: guessed, or that of the model.
+        model: Model file that the data are for; one of equations names the inputs and outputs that the columns are.
+        inputs: `COLUMN[:UNIT]` of the drive, or `NAME=COLUMN[:UNIT]`; what is not said is guessed. Of equations
+            without a model, all inputs and outputs are said.
         outputs: `NAME=COLUMN[:UNIT]` of responses, or a mapping of name to `COLUMN[:UNIT]` ("-": there is none).
         time: `COLUMN[:UNIT]` of the time ("-": none of the columns is).
         sample_rate_hz: Rate [Hz], instead of a time column.
@@ -130,6 +145,7 @@ def init(  # noqa: PLR0913
     answers = Answers(
         plant=plant, inputs=_texts(inputs), outputs=_texts(outputs), time=time, sample_rate_hz=sample_rate_hz,
         hold=hold, test=test, name=name,
+        model=None if model is None else read_model_signals(path_of("model", model)),
     )  # fmt: skip
     paths = paths_of(files)
     surveys = survey_files(paths)
@@ -175,15 +191,17 @@ def write_proposal(proposal: Proposal, folder: Path, *, plot: bool = True) -> In
         if made and folder.is_dir() and not any(folder.iterdir()):
             folder.rmdir()
         raise
-    sources = {one.name: Source(one.column, _short(one.unit_source)) for one in proposal.signals}
+    sources = {one.name: Source(one.column, _short(one)) for one in proposal.signals}
     summary = preview_with(dataset, sources)
     picture = summary.save(folder / PICTURE) if plot else None
     return Initiation(path=path, picture=picture, proposal=proposal, summary=summary)
 
 
-def _short(source: str) -> str:
+def _short(signal: SignalGuess) -> str:
     """Return who states a unit, as a cell of a table."""
-    return source.replace("its name has ", "name: ").replace("the file states ", "file: ")
+    source = signal.unit_source.replace("its name has ", "name: ").replace("the file states ", "file: ")
+    held = absolute_unit(signal.unit).unit
+    return source if held == signal.unit else f"{source}, moved to {held}"
 
 
 def _read(partial: Path, path: Path, proposal: Proposal) -> Dataset:

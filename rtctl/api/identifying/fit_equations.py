@@ -8,6 +8,7 @@ from rtctl.api.model import Model
 from rtctl.border.errors import InputError
 from rtctl.identification.equations.identify import EquationsFit, EquationsFitOptions, identify_equations
 from rtctl.measured.dataset import Dataset
+from rtctl.models.temperatures import describe_celsius
 from rtctl.output.progress import Reporter
 from rtctl.wiring import build_simulation
 
@@ -46,7 +47,7 @@ def fit_equations(
         residual_rms=dict(result.fit.rms),
         units=dict(dataset.units),
         trusted=result.trusted,
-        warnings=result.warnings,
+        warnings=(*describe_celsius(start.content, dataset), *result.warnings),
         result=result,
         _summary={**summary_of(result, dataset), "rms_error_test": tested},
         _draw=lambda: worst_record_figure(result, dataset),

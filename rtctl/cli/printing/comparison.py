@@ -7,8 +7,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from rtctl.api.comparison import Comparison
 from rtctl.output.progress import say
 from rtctl.output.readable_units import Scaled, readable, readable_unit
@@ -34,8 +32,8 @@ def print_comparison(summary: Mapping[str, Any], folder: Path) -> None:
             "use",
             "output",
             "RMS error",
-            "RMS signal",
-            "error of signal",
+            "variation",
+            "error of variation",
             "largest error",
             "integrator",
         ],
@@ -59,7 +57,14 @@ def warn_of_divergence(comparison: Comparison) -> None:
 
 
 def _order(score: Mapping[str, Any]) -> float:
-    return math.inf if math.isinf(score["rms_error"]) else float(np.nan_to_num(score["nrmse"]))
+    if math.isinf(score["rms_error"]) or not score["rms_variation"]:
+        return math.inf if math.isinf(score["rms_error"]) else 0.0
+    return float(score["rms_error"] / score["rms_variation"])
+
+
+def _share(score: Mapping[str, Any]) -> str:
+    """Return the error in percent of how much the signal varies about its mean; "–" where nothing varies."""
+    return f"{100 * score['rms_error'] / score['rms_variation']:.3g} %" if score["rms_variation"] else "–"
 
 
 def _units_of(summary: Mapping[str, Any]) -> dict[str, Scaled]:
@@ -67,7 +72,7 @@ def _units_of(summary: Mapping[str, Any]) -> dict[str, Scaled]:
     sizes: dict[str, tuple[float, str]] = {}
     for row in summary["records"]:
         for name, score in row["outputs"].items():
-            size = max(score["rms_signal"] or 0.0, sizes.get(name, (0.0, ""))[0])
+            size = max(score["rms_variation"] or 0.0, sizes.get(name, (0.0, ""))[0])
             sizes[name] = (size, score["unit"])
     return {name: readable_unit(size, unit) for name, (size, unit) in sizes.items()}
 
@@ -76,14 +81,14 @@ def _row(row: Mapping[str, Any], name: str, score: Mapping[str, Any], unit: Scal
     if row["diverged_at_s"] is not None:
         error = [
             f"diverged at {readable(row['diverged_at_s'], 's')}",
-            unit.text(score["rms_signal"]),
+            unit.text(score["rms_variation"]),
             "–",
             "–",
             "–",
         ]
     else:
         error = [
-            unit.text(score["rms_error"]), unit.text(score["rms_signal"]), f"{100 * score['nrmse']:.3g} %",
+            unit.text(score["rms_error"]), unit.text(score["rms_variation"]), _share(score),
             unit.text(score["max_error"]), f"{100 * score['integrator_error']:.1g} %",
         ]  # fmt: skip
     return [row["record"], row["use"], name, *error]

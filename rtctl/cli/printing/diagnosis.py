@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from rtctl.diagnosis.problem.subject import LEFT_OUT
-from rtctl.diagnosis.report.page.summary import quantities_of
+from rtctl.diagnosis.report.page.summary import explain_test_error, quantities_of
 from rtctl.diagnosis.result import EXTENDED_MODEL, Diagnosis
 from rtctl.output.readable_units import readable, readable_unit
 
@@ -42,6 +42,8 @@ def print_diagnosis(found: Diagnosis, folder: Path, *, written: bool = True) -> 
                 else ""
             )
         )
+    if explained := explain_test_error(found):
+        print(f"  {explained}")
     if found.loop is not None:
         loop, unit = found.loop, readable_unit(found.loop.before, found.loop.unit)
         left_out = (

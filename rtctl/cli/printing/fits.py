@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from rtctl.api.identifying.fit import Fit
+from rtctl.measured.dataset import FREQUENCY
 from rtctl.output.readable_units import readable
 from rtctl.output.tables import print_table
 
@@ -32,10 +33,11 @@ def _print_oscillator(fit: Fit, path: Path) -> None:
     print_table(f"{fit.dataset}: {fit.method}", headers, rows)
     for name, rms in fit.residual_rms.items():
         measured = [record.measured[name][record.first :] for record in fit.result.records]
-        signal = np.sqrt(np.mean(np.concatenate(measured) ** 2))
-        print(
-            f"{name}: residual {readable(rms, fit.units[name])} RMS, {100.0 * rms / signal:.3g} % of its signal"
-        )
+        every = np.concatenate(measured)
+        is_sweep = any(FREQUENCY in record.stimulus.inputs for record in fit.result.records)
+        size = float(np.sqrt(np.mean(every**2)) if is_sweep else np.std(every))
+        share = f"{100.0 * rms / size:.3g} % of its variation" if size > 0.0 else "and nothing varies"
+        print(f"{name}: residual {readable(rms, fit.units[name])} RMS, {share}")
     for record, outputs in fit.to_dict().get("rms_error_test", {}).items():
         errors = ", ".join(f"{name} {readable(one['value'], one['unit'])}" for name, one in outputs.items())
         print(f"test record {record}: free run off by {errors} RMS")

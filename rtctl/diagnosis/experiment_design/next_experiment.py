@@ -82,11 +82,17 @@ class NextExperiment(NamedTuple):
                 f"No input of the menu separates {_join_names(self.separates)}: to each of them, within the drive that "
                 f"these data have, they answer alike. The best is {self.best.input.statement}."
             )
-        names = _join_names([" or ".join(twins) for twins in self._twins])
-        text = f"Measure this next{self._what} {names} by {self.separation:.3g} standard errors at least"
-        if not self.decides:
-            text += (
-                ", too few to decide: measure longer, with less noise, or drive harder than these data did"
+        groups = [" or ".join(twins) for twins in self._twins]
+        names = _join_names(groups)
+        if self.decides:
+            text = f"Measure this next{self._what} {names} by {self.separation:.3g} standard errors at least"
+        else:
+            often = f", {self.times} times" if self.times > 1 else ""
+            text = (
+                f"No input of the menu decides between {' and '.join(groups)} as these data were measured: the best, "
+                f"{self._inputs}{often}, separates them by {self.separation:.3g} standard errors, and "
+                f"{self.limits.deciding_separation:.3g} are needed. What is missing: longer records, less noise, or a "
+                "stronger drive than these data had"
             )
         if self.nearest:
             text += "; neither explains these data, they only come nearest"

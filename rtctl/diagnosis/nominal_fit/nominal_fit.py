@@ -25,8 +25,8 @@ LONG_MEMORY = (
     "each from its own initial state; the errors on test records are of free runs over whole records all the same"
 )
 PARTS = (
-    "the free runs of the nominal model {} the records{}: causes were judged by {} of {} samples, the initial parts of "
-    "{} records up to there"
+    "after some time the free runs of the nominal model {} the records{}: causes were judged by {} of {} samples, the "
+    "initial parts of {} records up to there"
 )
 UNPREDICTABLE = (
     "beyond some time the free run is unpredictable: a parameter change below 0.1 % changes the motion. {1} of {0} "
@@ -107,7 +107,7 @@ def _fit(problem: Problem, simulation: Simulation, announce: Callable[[str], Non
         return NominalFit(problem, nominal, whole, notes)
     announce("the nominal model as far as it follows the records")
     parts, nominal = refine_nominal(*followed)
-    where = ("part from", ", as between two motions")
+    where = ("leave", " and go on in another motion (such as another well)")
     note = PARTS.format(*where, parts.samples, problem.samples, len(parts.records))
     return NominalFit(parts, nominal, whole, (*notes, note), parted=True)
 

@@ -26,9 +26,16 @@ from rtctl.identification.fit_record import FitRecord
 
 IN_PIECES = (
     "free runs over whole test records are unpredictable: errors on test records are of {} pieces of {:g} periods of "
-    "the motion, each from its own initial state; {} pieces in which a parameter decides which way it goes are left out"
+    "the motion, each from its own initial state"
 )
-WHOLE = "errors on test records are of whole free runs, beyond what causes were judged by"
+UNDECIDED_PIECES = (
+    "; {} further pieces are left out, in which the motion may go either of two ways and a parameter change below "
+    "0.1 % decides which"
+)
+WHOLE = (
+    "errors on test records are of free runs over whole records; causes were judged by shorter runs, so the two need "
+    "not agree"
+)
 
 
 def fit_followed_parts(problem: Problem, nominal: Hypothesis) -> tuple[Problem, Hypothesis] | None:
@@ -90,7 +97,8 @@ def cut_unpredictable_tests(
     kept = _predictable_pieces(replace(held, records=tuple(pieces)), nominal)
     if len(kept) < problem.thresholds.nominal_fit.least_predictable_pieces * len(pieces):
         return tuple(tests), WHOLE
-    return kept, IN_PIECES.format(len(kept), periods, len(pieces) - len(kept))
+    text, lost = IN_PIECES.format(len(kept), periods), len(pieces) - len(kept)
+    return kept, text + (UNDECIDED_PIECES.format(lost) if lost else "")
 
 
 def _predictable_pieces(problem: Problem, nominal: Hypothesis) -> tuple[FitRecord, ...]:

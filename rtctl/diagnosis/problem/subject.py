@@ -286,6 +286,9 @@ class Subject:
     extended_model: Callable[[Any, Simulation, Mapping[str, Mapping[str, Estimate]]], Any]
     """Return a file's model with values and mechanisms of a fitted simulation, and the estimates (with intervals) of
     its parameters by mechanism ("": the nominal model) and name."""
+    with_starts: Callable[[Any, Sequence[str], Sequence[FitRecord], Sequence[FloatArray]], Any] | None = None
+    """Return a model that begins where fitted records do: `(model, states, records, their initial states)`. None:
+    models of this kind have no start of their own, a record begins at its first reading."""
     write_model: Callable[[Path, Any, dict[str, Any]], None]
     """Write a model to a file, with its provenance."""
 

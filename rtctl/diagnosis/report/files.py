@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import tomli_w
 
 from rtctl.diagnosis.experiment_design.next_experiment import NextExperiment
 from rtctl.diagnosis.report.page.html_report import report_page
+from rtctl.diagnosis.report.rehearsed_device import mechanisms_without_device, write_without_mechanisms
 from rtctl.diagnosis.result import EXTENDED_MODEL, Diagnosis
 from rtctl.evaluation.metrics import write_json
 from rtctl.measured.dataset import Dataset
@@ -18,11 +20,19 @@ from rtctl.version import __version__
 
 REHEARSED_MODEL = "next-experiment-model.toml"
 """The re-fitted model on which a next experiment is rehearsed where there is no extended one."""
-NAMES = ("diagnosis.json", "report.html", EXTENDED_MODEL, "next-experiment.toml", REHEARSED_MODEL)
+EXPERIMENT = "next-experiment.toml"
+NAMES = ("diagnosis.json", "report.html", EXTENDED_MODEL, EXPERIMENT, REHEARSED_MODEL)
 HEAD = """# {statement}
 # Written by rtctl diagnose; `rtctl acquire next-experiment.toml --out DIR` plays it as it stands on {device} beside
 # it, as a rehearsal. On the device: --set driver.kind=modbus-tcp --set driver.address=HOST:PORT
 """
+READS_DISPLACEMENT = (
+    "# The rehearsing device reads the displacement, your records have the {0}: "
+    "on the bench record the {0} again.\n"
+)
+LACKS = (
+    "# The rehearsing device leaves out {}: it takes one sample after the other, and holds each command.\n"
+)
 
 
 def write_diagnosis(folder: Path, diagnosis: Diagnosis, dataset: Dataset, provenance: dict[str, Any]) -> None:
@@ -37,19 +47,48 @@ def write_diagnosis(folder: Path, diagnosis: Diagnosis, dataset: Dataset, proven
     if not diagnosis.withheld or diagnosis.next_experiment is not None:
         diagnosis.problem.subject.write_model(folder / model, diagnosis.model, provenance)
     if diagnosis.next_experiment is not None:
-        _write_text(folder / "next-experiment.toml", scenario_text(diagnosis.next_experiment, model))
+        device, left_out = _rehearsed(folder, model, diagnosis.problem.subject.kind)
+        text = scenario_text(diagnosis.next_experiment, device, left_out, dataset.units)
+        _write_text(folder / EXPERIMENT, text)
     _write_text(folder / "report.html", report_page(diagnosis, dataset, provenance))
     write_json(folder / "diagnosis.json", diagnosis.json | {"provenance": provenance})
 
 
-def scenario_text(proposed: NextExperiment, device: str = EXTENDED_MODEL) -> str:
-    """Return the scenario of the next experiment, as `rtctl acquire` takes it, rehearsed on the model file `device`."""
+def _rehearsed(folder: Path, model: str, kind: str) -> tuple[str, tuple[str, ...]]:
+    """Return the model file of the device that rehearses, and the mechanisms that it lacks and the model has."""
+    left_out = mechanisms_without_device(folder / model, kind)
+    if not left_out:
+        return model, ()
+    write_without_mechanisms(folder / model, folder / REHEARSED_MODEL, left_out)
+    return REHEARSED_MODEL, left_out
+
+
+def scenario_text(
+    proposed: NextExperiment,
+    device: str = EXTENDED_MODEL,
+    left_out: tuple[str, ...] = (),
+    units: Mapping[str, str] | None = None,
+) -> str:
+    """Return the scenario of the next experiment, as `rtctl acquire` takes it.
+
+    Args:
+        proposed: The experiment.
+        device: Model file of the device that rehearses it.
+        left_out: Mechanisms that this device lacks and the diagnosed model has.
+        units: Units of the dataset's signals, by name: of those that the device does not read, the text says so.
+    """
     heading = dict(proposed.scenario["scenario"])
     if heading.pop("channels", None):  # those of the model
         heading["model"] = device
     driver = {**proposed.scenario["driver"], "device": device}
     scenario = {**proposed.scenario, "scenario": heading, "driver": driver}
-    return HEAD.format(statement=proposed.statement, device=device) + "\n" + tomli_w.dumps(scenario)
+    head = HEAD.format(statement=proposed.statement, device=device)
+    if left_out:
+        head += LACKS.format(", ".join(left_out))
+    measured = [name for name in ("velocity", "acceleration") if name in (units or {})]
+    if "displacement_unit" in heading and measured and "displacement" not in (units or {}):
+        head += READS_DISPLACEMENT.format(measured[0])
+    return head + "\n" + tomli_w.dumps(scenario)
 
 
 def provenance_of(diagnosis: Diagnosis, dataset: Dataset, model: Path, command: str) -> dict[str, Any]:

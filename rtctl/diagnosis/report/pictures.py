@@ -93,15 +93,14 @@ def _one(
 ) -> BeforeAfter:
     old, new = simulate_free_run(before, record, output), simulate_free_run(after, record, output)
     after_it = new.outputs[output][0]
-    velocity = (
-        new.outputs["velocity"][0] if "velocity" in new.outputs else np.gradient(after_it, record.period_s)
-    )
+    known = output == "displacement" and "velocity" in new.outputs  # of another output it is not the rate
+    rate_of_it = new.outputs["velocity"][0] if known else np.gradient(after_it, record.period_s)
     scored = slice(record.first, None)
     return BeforeAfter(
         record=record.name, output=output, unit=diagnosis.units[output], rate=diagnosis.problem.scales.rate,
         time_s=record.period_s * (record.begin + np.arange(record.samples, dtype=np.float64))[scored],
         measured=record.measured[output][scored],
-        before=old.outputs[output][0][scored], after=after_it[scored], velocity=velocity[scored],
+        before=old.outputs[output][0][scored], after=after_it[scored], output_rate=rate_of_it[scored],
     )  # fmt: skip
 
 

@@ -22,7 +22,10 @@ NO_GAIN = (
     "with these causes the error of the {} on the test records is {:.3g} times as large as without: they help another "
     "reading or the fitted records only; do not use the extended model before that is understood"
 )
-FAILED_TEST = 'of {} tests whether what is left is noise, "{}" says most clearly that it is not (p {})'
+FAILED_TEST = (
+    'what is left is not only noise: of {} tests for what could be in it, that for "{}" is the clearest (noise alone '
+    "would give such a result with a probability of p {})"
+)
 
 
 def remark(

@@ -19,10 +19,10 @@ from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.problem.estimate import Estimate
 from rtctl.diagnosis.problem.quantization import grid_level, quantization_step
 from rtctl.diagnosis.problem.statement import state_mechanism
-from rtctl.diagnosis.residual.parameter_estimates import estimates_by_mechanism
 from rtctl.diagnosis.result import Cause, Diagnosis
 from rtctl.diagnosis.search.holdout_error import Gain, ScoredOutput, compare_errors, simulate_free_run
 from rtctl.diagnosis.search.request import SearchRequest
+from rtctl.diagnosis.verification.whole_record_fits import extend_model
 from rtctl.identification.fit_record import FitRecord
 
 ID = "sensor.quantisation"
@@ -151,9 +151,7 @@ def _named(answer: Diagnosis, request: SearchRequest, steps: Sequence[Step]) -> 
         indistinguishable_from=(),
     )  # fmt: skip
     gain = next((_bounded(one.gain) for one in steps if one.signal == subject.output), answer.gain)
-    model = subject.extended_model(
-        request.model, simulation, {**estimates_by_mechanism(after), ID: estimates}
-    )
+    model = extend_model(request.problem, request.model, after, simulation, {ID: estimates})
     verdict = "explained" if answer.verdict == "adequate" else answer.verdict
     return replace(
         answer, verdict=verdict, causes=(*answer.causes, cause), gain=gain, model=model, helps=True

@@ -48,7 +48,7 @@ IMITATING = (
     "third: the one that removes most is kept, and this is not named"
 )
 OUT_OF_WORK = (
-    "the search used up its budget of {:.3g} million simulated steps and reports the best set found by then; further "
+    "the search used up its budget of {:.6g} million simulated steps and reports the best set found by then; further "
     "sets of causes were not tried: a larger budget (--work) tries them"
 )
 CUT_BY_CLOCK = (

@@ -31,6 +31,8 @@ class ReportThresholds:
     min_headline_share: float = 0.1
     """Fraction of the error along the first coordinate from which a headline names that coordinate."""
 
+    explained_error: float = 3.0
+    """Error on the test records over the noise above which an answer that nothing is wrong says why both may hold."""
     max_table_rows: int = 8
     """Rows of a table of candidates."""
     max_nested_rows: int = 3

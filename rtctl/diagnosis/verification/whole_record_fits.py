@@ -7,7 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.nominal_fit.nominal_fit import NominalFit
+from rtctl.diagnosis.problem.estimate import Estimate
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.parameter_estimates import estimates_by_mechanism
@@ -79,10 +81,29 @@ def fit_whole_records(first: NominalFit, problem: Problem, search: SearchResult)
     return Fits(after if is_nominal else run_residual_tests(nominal, whole, ()), after)
 
 
-def extend_model(problem: Problem, model: Any, after: TestedHypothesis) -> Any:
-    """Return the model of the file with the values and mechanisms of a fit."""
-    simulation = after.hypothesis.simulation
-    return problem.subject.extended_model(model, simulation, estimates_by_mechanism(after))
+def extend_model(
+    problem: Problem,
+    model: Any,
+    after: TestedHypothesis,
+    simulation: Simulation | None = None,
+    estimates: Mapping[str, Mapping[str, Estimate]] | None = None,
+) -> Any:
+    """Return the model of the file with the values, mechanisms and initial states of a fit.
+
+    Args:
+        problem: Records that were fitted.
+        model: The file's model.
+        after: The fit.
+        simulation: Its simulation with further mechanisms; None: as it is.
+        estimates: Parameters of these further mechanisms, by mechanism and name.
+    """
+    subject = problem.subject
+    known = {**estimates_by_mechanism(after), **(estimates or {})}
+    extended = subject.extended_model(model, simulation or after.hypothesis.simulation, known)
+    if subject.with_starts is None:
+        return extended
+    starts = [after.hypothesis.start(index) for index in range(len(problem.records))]
+    return subject.with_starts(extended, after.hypothesis.simulation.state, problem.records, starts)
 
 
 def noise_rms_of(tested: TestedHypothesis, output: str) -> float:

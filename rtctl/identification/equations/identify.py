@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from rtctl.border.equations.file import EquationsFile
 from rtctl.border.errors import InputError
 from rtctl.border.simulation import Simulation
 from rtctl.identification.equations.starts import make_starts, shoot, trajectory_scales
+from rtctl.identification.equations.structure import structurally_undetermined
 from rtctl.identification.equations.writing import write_fitted
 from rtctl.identification.fit import Fit, FitError
 from rtctl.identification.fit_record import FitRecord, make_fit_record, select_fit_records
@@ -38,6 +39,11 @@ NOT_TRUSTED = (
     "do not use this model, because it leaves {:.3g} % of what {} does. Check that inputs and outputs are not swapped "
     "and belong together, the sample rate and the units; give better values to start from, or bounds (low, high), or "
     "what the equations lack"
+)
+HELD = (
+    "these data cannot tell {} apart, and no other input would: only combinations of them act on what is measured. {}, "
+    "as in the model file, and the others are right for that; fix the one that you know best (fixed = true), or "
+    "measure a further output"
 )
 Build = Callable[[EquationsFile, Mapping[str, str], str], Simulation]
 
@@ -95,18 +101,46 @@ def identify_equations(
     simulation = build(model, dataset.units, source)
     _check_records(dataset, records, simulation, source)
     fit, reason = _fit(simulation, records, options, report)
+    fit, held = _with_known_scale(simulation, fit, records, options, report)
     output, left = _residual_share(fit, records)
     trusted = left <= MAX_RESIDUAL_SHARE
     fitted = write_fitted(model, fit, with_errors=trusted)
     return EquationsFit(
         model=fitted,
         fit=fit,
-        reason=f"{reason}, free runs leave {100.0 * left:.2g} % of {output}",
-        warnings=(*(() if trusted else (NOT_TRUSTED.format(100.0 * left, output),)), *fit.describe_doubts()),
+        reason=f"{reason}, free runs leave {100.0 * left:.2g} % of the variation of {output}",
+        warnings=(
+            *(() if trusted else (NOT_TRUSTED.format(100.0 * left, output),)),
+            *held,
+            *fit.describe_doubts(),
+        ),
         records=records,
         tested=_test(build(fitted, dataset.units, source), dataset),
         trusted=trusted,
     )
+
+
+def _with_known_scale(
+    simulation: Simulation,
+    fit: Fit,
+    records: Sequence[FitRecord],
+    options: EquationsFitOptions,
+    report: ReportProgress,
+) -> tuple[Fit, tuple[str, ...]]:
+    """Return the fit in which parameters that no data tell stay at the file's values, and a note on them.
+
+    Unchanged where there are none, or where the model does not follow the data with these values.
+    """
+    names = structurally_undetermined(fit.simulation, records) if fit.determinability.confounded else ()
+    if not names:
+        return fit, ()
+    held, _ = _fit(simulation.holding(names), records, options, report)  # type: ignore[attr-defined]
+    if _residual_share(held, records)[1] > 1.01 * _residual_share(fit, records)[1]:
+        return fit, ()
+    traded = dict.fromkeys(name for one in fit.determinability.confounded for name in one.names)
+    values = {one.name: f"{one.name} stays at {one.value:.6g} {one.unit}" for one in simulation.parameters}
+    held = replace(held, determinability=replace(held.determinability, held=names))
+    return held, (HELD.format(", ".join(traded), " and ".join(values[name] for name in names)),)
 
 
 def _fit(

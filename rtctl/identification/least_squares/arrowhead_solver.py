@@ -108,13 +108,13 @@ def _damped_diagonal(diagonal: FloatArray, damping: float) -> FloatArray:
 def _band(equations: NormalEquations, damping: float) -> FloatArray:
     """Return T in the upper form of `solveh_banded`, its diagonal damped."""
     count, q = equations.local_gradient.shape
-    width = 2 * q - 1
+    width = 2 * q - 1 if count > 1 else q - 1  # LAPACK refuses diagonals beyond the matrix
     band = np.zeros((width + 1, count * q))
     columns = np.arange(count) * q
     for i in range(q):
         for j in range(i, q):
             band[width - (j - i), columns + j] = equations.diagonal[:, i, j]
-        for j in range(q):
+        for j in range(q if count > 1 else 0):
             band[width - (q + j - i), columns[1:] + j] = equations.next[:, i, j]
     band[width] += _damped_diagonal(band[width], damping)
     return band

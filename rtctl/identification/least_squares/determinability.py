@@ -49,12 +49,16 @@ class Determinability:
     """Parameters whose interval contains zero."""
     condition: float
     """Condition number of the information matrix in relative parameters."""
+    held: tuple[str, ...] = ()
+    """Parameters that were not fitted, as no data tell them from the others."""
 
     @property
     def undetermined(self) -> tuple[str, ...]:
         """Names of parameters without a trustworthy value of their own."""
         return tuple(
-            dict.fromkeys([*self.insensitive, *(name for one in self.confounded for name in one.names)])
+            dict.fromkeys(
+                [*self.insensitive, *self.held, *(name for one in self.confounded for name in one.names)]
+            )
         )
 
     def describe(self) -> tuple[str, ...]:

@@ -180,8 +180,8 @@ def _fit_by_suitable_method(
     if parts.is_chaotic:
         fit = fit_multiple_shooting(simulation, records, shooting, starts=starts, report=report)
         reason = (
-            f"two runs of record {parts.record} from nearly the same start part {parts.growth:.0e} times "
-            f"(exponent {parts.rate:.2g} 1/s): a long free run says nothing"
+            f"fitted in short segments, as no long free run of record {parts.record} can be predicted: a small "
+            f"difference of the start grows by e every {1.0 / parts.rate:.2g} s"
         )
         return fit, reason, _compute_free_share(fit, records, options)
     free_run = fit_output_error(simulation, records, options.fit, starts=starts, report=report)
@@ -192,8 +192,8 @@ def _fit_by_suitable_method(
     follows = _compute_residual_share(short, records)
     if follows < 0.5 * left:
         reason = (
-            f"free runs leave {100.0 * left:.2g} % of the motion unexplained (another well, or a start too far off), "
-            f"segments of a period follow it to {100.0 * follows:.2g} %"
+            f"fitted in segments of a period, which follow the motion to {100.0 * follows:.2g} %: free runs over whole "
+            f"records miss {100.0 * left:.2g} % of it (they end in another well, or the start model is too far off)"
         )
         return short, reason, _compute_free_share(short, records, options)
     return (

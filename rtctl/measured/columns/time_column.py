@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rtctl.border.arrays import FloatArray
 from rtctl.measured.columns.conversion import check_finite, numbers, rows_text
 from rtctl.measured.stated_unit import agrees, readable, time_unit_in_name, time_unit_of
-from rtctl.measured.units import check_unit, convert_column
+from rtctl.measured.units import check_unit, convert_column, same_unit
 
 SLOW_S, FAST_S = 1.0, 1e-7
 """Periods [s] beyond which seconds that nobody stated are remarked upon."""
@@ -123,7 +123,13 @@ def decimal_step(values: FloatArray) -> float:
 def remark_on_period(period_s: float, duration_s: float, unit: TimeUnit, name: str) -> str:
     """Return a remark where seconds that nobody stated give an unusual rate, or a name alone gave the unit; else ""."""
     if unit.source == "name":
-        return f'time column "{name}" is taken in {unit.unit}, after its name; time_unit says otherwise'
+        return f'time column "{name}" is read in {unit.unit}, which its name ends with'
+    named = time_unit_in_name(name) if unit.source == "manifest" else None
+    if named is not None and not same_unit(named, unit.unit):
+        return (
+            f'time column "{name}" is read in {unit.unit}, as time_unit says, though its name ends with {named}: '
+            f"correct time_unit if that is a slip ({1.0 / period_s:.6g} Hz over {duration_s:.6g} s)"
+        )
     if unit.source or FAST_S < period_s < SLOW_S:
         return ""
     return (

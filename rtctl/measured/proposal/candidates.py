@@ -69,7 +69,7 @@ class Candidate:
     def best(self, kinds: Mapping[str, SignalKind]) -> str:
         """Return the signal for which most speaks; "": none, or two alike, or something that is no signal."""
         scores = {signal: self.score(signal, kind) for signal, kind in kinds.items()}
-        first, *rest = sorted(scores.values(), reverse=True)
+        first, *rest = sorted(scores.values(), reverse=True) or [0.0]
         other = max((self.reading.votes.get(one, 0.0) for one in NOT_SIGNALS), default=0.0)
         if first <= 0.0 or (rest and rest[0] == first) or other > first:
             return ""

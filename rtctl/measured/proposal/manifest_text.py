@@ -7,6 +7,7 @@ import os
 from pathlib import Path
 
 from rtctl.measured.proposal.proposal import Proposal, RecordGuess, SignalGuess, TimeGuess
+from rtctl.measured.units import absolute_unit
 from rtctl.version import __version__
 
 HEAD = """# Written by rtctl init {version}. Comments say what was guessed and from what: correct what is wrong.
@@ -41,7 +42,12 @@ def _signal(signal: SignalGuess) -> list[str]:
         lines.append(f"{key} = {quoted(value) if isinstance(value, str) else 'true'}")
     if not signal.keys:
         lines.append(f"column = {quoted(signal.column)}{_because(signal.why)}")
-    lines.append(f"unit = {quoted(signal.unit)}{_because(signal.unit_source)}")
+    held = absolute_unit(signal.unit)
+    lines.append(f"unit = {quoted(held.unit)}{_because(signal.unit_source)}")
+    if held.scale is not None:
+        lines.append(f"scale = {held.scale!r}")
+    if held.offset is not None:
+        lines.append(f"offset = {held.offset!r}  # {held.unit} from {signal.unit}")
     if signal.hold:
         lines.append(f"hold = {quoted(signal.hold)}{_because(signal.hold_why)}")
     return lines

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rtctl.border.errors import InputError, nearest
 from rtctl.measured.columns.time_axis import LONGEST_GAP, rising
@@ -56,32 +57,38 @@ def find_parts(survey: Survey, columns: Sequence[str], time: TimeGuess) -> tuple
         )
     if kept == [(0, survey.rows)]:
         return kept, ""
-    empty = np.flatnonzero(~whole)
+    return kept, _why_cut(survey, kept, breaks, np.flatnonzero(~whole))
+
+
+def _why_cut(
+    survey: Survey, kept: Sequence[tuple[int, int]], breaks: Mapping[int, int], empty: NDArray[np.intp]
+) -> str:
+    """Return why a file falls into the parts `kept`, and what is not in them."""
     lost = survey.rows - sum(end - first for first, end in kept)
-    reasons = [
-        text
-        for text, there in (
-            ("gaps in time", len(breaks)),
-            (f"rows without numbers, first row {empty[0] if len(empty) else 0}", len(empty)),
+    reasons = []
+    if breaks:
+        several = f"{len(breaks)} gaps" if len(breaks) > 1 else "a gap"
+        reasons.append(
+            f"{several} in time, where about {sum(breaks.values())} rows are missing (the first after row "
+            f"{min(breaks) - 1})"
         )
-        if there
-    ]
-    return (
-        kept,
-        f"{' and '.join(reasons)}: {len(kept)} {'part' if len(kept) == 1 else 'parts'}, {lost} rows left out",
-    )
+    if len(empty):
+        reasons.append(f"rows without numbers, first row {empty[0]}")
+    left_out = f", {lost} rows left out" if lost or not breaks else ""
+    return f"{' and '.join(reasons)}: {len(kept)} {'part' if len(kept) == 1 else 'parts'}{left_out}"
 
 
-def _gaps(survey: Survey, time: TimeGuess) -> list[int]:
-    """Return the rows after which the time jumps over more than resampling bridges."""
+def _gaps(survey: Survey, time: TimeGuess) -> dict[int, int]:
+    """Return the rows before which the time jumps over more than resampling bridges, with the rows that it skips."""
     if time.column is None:
-        return []
+        return {}
     steps = rising(read_time(survey.columns[time.column], time.unit).time_s, time.column, 0)
     usual = float(np.median(steps))
-    return [int(row) + 1 for row in np.flatnonzero(steps > LONGEST_GAP * usual)]
+    jumps = np.flatnonzero(steps > LONGEST_GAP * usual)
+    return {int(row) + 1: round(float(steps[row]) / usual) - 1 for row in jumps}
 
 
-def _cut(run: tuple[int, int], breaks: Sequence[int]) -> list[tuple[int, int]]:
+def _cut(run: tuple[int, int], breaks: Iterable[int]) -> list[tuple[int, int]]:
     edges = [run[0], *(row for row in breaks if run[0] < row < run[1]), run[1]]
     return list(zip(edges[:-1], edges[1:], strict=True))
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rtctl.border.errors import InputError
+from rtctl.registry import PlantKind
 
 
 class Open(NamedTuple):
@@ -24,10 +25,25 @@ class Open(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class ModelSignals:
+    """What a model file says of a dataset for it."""
+
+    path: Path
+    plant: str
+    """Kind of plant of the model."""
+    inputs: Mapping[str, str] = field(default_factory=dict)
+    """Unit of each input, by name; empty of kinds whose signals have fixed names."""
+    outputs: Mapping[str, str] = field(default_factory=dict)
+    """Unit of each output, by name."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Answers:
     """What the user says of the files, in the words of the command line; None: nothing was said."""
 
     plant: str | None = None
+    model: ModelSignals | None = None
+    """The model that the dataset is for; it names the signals of equations."""
     inputs: tuple[str, ...] = ()
     """Texts `[NAME=]COLUMN[:UNIT]`."""
     outputs: tuple[str, ...] = ()
@@ -42,6 +58,11 @@ class Answers:
 
     def __post_init__(self) -> None:
         rate = self.sample_rate_hz
+        if self.model is not None and self.plant not in (None, self.model.plant):
+            raise InputError(
+                f'--plant {self.plant} and --model {self.model.path}, a model of kind "{self.model.plant}", contradict '
+                "each other; leave out --plant"
+            )
         if rate is not None and not 0.0 < rate < float("inf"):
             raise InputError(f"--sample-rate {rate:g}: must be above 0 Hz and finite")
         if rate is not None and self.time not in (None, "-"):
@@ -60,7 +81,7 @@ class SignalGuess:
     column: str
     why: str
     unit: str = ""
-    """Unit as pint reads it; "": it must be asked."""
+    """Unit of the column as pint reads it; "": it must be asked."""
     unit_source: str = ""
     hold: str | None = None
     hold_why: str = ""
@@ -110,6 +131,10 @@ class Proposal:
     name: str
     plant: str
     plant_why: str
+    kind: PlantKind
+    """The kind of plant with the signals that a manifest may have."""
+    model: Path | None = None
+    """The model that the dataset is for, where one was named."""
     signals: tuple[SignalGuess, ...]
     time: TimeGuess
     records: tuple[RecordGuess, ...]

@@ -14,7 +14,16 @@ from rtctl.measured.manifest.signal_kinds import measured_kinds
 from rtctl.measured.proposal.candidates import SINGLE, Candidate, find_candidates
 from rtctl.measured.proposal.given import Given, check_plant, given_signals
 from rtctl.measured.proposal.naming.column_names import STRONG
-from rtctl.measured.proposal.naming.column_units import MOTIONS, Unit, given_unit, quantity_of, read_column
+from rtctl.measured.proposal.naming.column_units import (
+    MOTIONS,
+    Unit,
+    given_unit,
+    is_force,
+    quantity_of,
+    read_column,
+)
+from rtctl.measured.proposal.own_equations.roles import assign_named_roles
+from rtctl.measured.proposal.own_equations.signals import with_named_signals, with_signals
 from rtctl.measured.proposal.parts import find_parts, propose_records
 from rtctl.measured.proposal.proposal import Answers, Open, Proposal, RecordGuess, SignalGuess, TimeGuess
 from rtctl.measured.proposal.roles import Choice, Roles, assign_roles
@@ -28,7 +37,7 @@ HELD_SHARE = 0.5
 """Share of rows that repeat the one before, from which an input is taken as held between its samples."""
 STAIR_LEVELS, STAIR_ROWS = 20, 3
 """Fewest levels, and rows of a level, of a quasi-static staircase."""
-NO_SIGNAL = "no signal of this plant"
+NO_SIGNAL = "no signal of this kind of plant or model"
 HOLDS = ("linear", "zero", "band-limited")
 
 
@@ -38,12 +47,21 @@ def propose(surveys: Sequence[Survey], answers: Answers) -> Proposal:
         return propose_sweeps(swept, surveys, answers)
     time = find_time(surveys, answers)
     candidates, unused = find_candidates(surveys, [time.guess.column])
-    _check_two_signals(surveys[0], time.guess)
     plant, plant_why = _plant(answers, candidates)
     kind = plant_kind(plant).without_stand_ins()
+    if kind.free_signals:
+        if answers.model is None:
+            answers = with_named_signals(answers, surveys[0].columns)
+        kind = with_signals(kind, answers)
+    else:
+        _check_two_signals(surveys[0], time.guess)
     given = given_signals(answers, kind.signals, surveys[0].columns)
     _check_given(given, surveys[0])
-    roles = assign_roles(candidates, kind, given)
+    roles = (
+        assign_named_roles(candidates, kind, given, answers)
+        if kind.free_signals
+        else assign_roles(candidates, kind, given)
+    )
     signals, unit_opens, unsure = _signals(surveys[0], kind, roles, given, answers)
     _check_common(surveys, [one for one in signals if not kind.signals[one.name].optional], time.guess)
     records, time_guess, record_notes = _records(surveys, signals, time.guess, answers, plant)
@@ -51,6 +69,8 @@ def propose(surveys: Sequence[Survey], answers: Answers) -> Proposal:
         name=answers.name or _name_of(surveys),
         plant=plant,
         plant_why=plant_why,
+        kind=kind,
+        model=None if answers.model is None else answers.model.path,
         signals=signals,
         time=time_guess,
         records=records,
@@ -94,6 +114,8 @@ def _plant(answers: Answers, candidates: Mapping[str, Candidate]) -> tuple[str, 
     if answers.plant is not None:
         check_plant(answers.plant)
         return answers.plant, "you said so"
+    if answers.model is not None:
+        return answers.model.plant, f"the kind of {answers.model.path.name}"
     known = measured_kinds()
     votes = [one.reading.votes for one in candidates.values()]
     if (
@@ -149,7 +171,11 @@ def _signals(
             continue
         _check_motion(name, choice.column, unit.text)
         if not unit.text:
-            opens.append(_unit_question(name, kind.signals[name].role, choice, unit))
+            named = kind.free_signals or kind.signals[name].role == "output"
+            option = (
+                f"--{kind.signals[name].role} {shlex.quote(f'{name}=' * named + f'{choice.column}:UNIT')}"
+            )
+            opens.append(_unit_question(name, choice, unit, option))
         if reading.doubt and unit.source != "given":
             unsure.append(f'{name}: column "{choice.column}": {reading.doubt}')
         role = kind.signals[name].role
@@ -177,11 +203,14 @@ def _check_motion(name: str, column: str, unit: str) -> None:
             f'column "{column}" is read in {unit}, as {article} {measured} is: it cannot be the {name}; say '
             f"--output {measured}={column}, or correct the unit"
         )
+    if name in MOTIONS and unit and is_force(unit):
+        raise InputError(
+            f'column "{column}" is read in {unit}, as a force is: it cannot be the {name}; say '
+            f"--input {column} if it is what drives, --output {name}={column}:UNIT if the unit is wrong"
+        )
 
 
-def _unit_question(name: str, role: str, choice: Choice, unit: Unit) -> Open:
-    text = f"{name}={choice.column}:UNIT" if role == "output" else f"{choice.column}:UNIT"
-    option = f"--{role} {shlex.quote(text)}"
+def _unit_question(name: str, choice: Choice, unit: Unit, option: str) -> Open:
     because = f" ({unit.doubt})" if unit.doubt else ""
     return Open(
         f"unit.{name}", f'nobody states the unit of column "{choice.column}", the {name}{because}', option

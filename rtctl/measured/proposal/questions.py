@@ -8,19 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 from rtctl.border.errors import InputError, nearest
 from rtctl.measured.manifest.signal_kinds import measured_kinds
 from rtctl.measured.proposal.candidates import is_count
 from rtctl.measured.proposal.given import NONE, find_column
 from rtctl.measured.proposal.naming.column_units import MOTIONS, given_unit, quantity_of, read_column
+from rtctl.measured.proposal.own_equations.signals import read_model_signals
 from rtctl.measured.proposal.parts import LAST_THIRD, NO_TEST
 from rtctl.measured.proposal.proposal import Answers, Proposal
 from rtctl.measured.proposal.propose import HOLDS
 from rtctl.measured.proposal.survey import Column, Survey
 from rtctl.measured.proposal.time_base import time_candidates
 from rtctl.measured.units import check_unit
-from rtctl.registry import plant_kind
 
 Settled = Callable[[Answers, str], Answers]
 
@@ -66,16 +67,45 @@ def _questions(proposal: Proposal, survey: Survey) -> list[Question]:
         for name, column in survey.numeric.items()
         if name != proposal.time.column and column.varies and not _counts(column)
     }
-    for name, kind in plant_kind(proposal.plant).without_stand_ins().signals.items():
+    questions += _about_own_signals(proposal, tuple(columns))
+    for name, kind in proposal.kind.signals.items():
         questions += _about_signal(proposal, name, kind.role, columns)
     return [*questions, _about_test(proposal)]
 
 
 def _about_plant(proposal: Proposal) -> Question:
     return Question(
-        key="plant", text="What was measured?", default=proposal.plant, choices=tuple(measured_kinds()),
+        key="plant", text="What was measured (equations: a model of your own)?", default=proposal.plant,
+        choices=tuple(measured_kinds()),
         settle=lambda answers, said: replace(answers, plant=said),
     )  # fmt: skip
+
+
+def _about_own_signals(proposal: Proposal, columns: Sequence[str]) -> list[Question]:
+    """Return the questions that give signals of equations their names: by a model file, or by the columns."""
+    if not proposal.kind.free_signals or any(one.role == "output" for one in proposal.kind.signals.values()):
+        return []
+    listed = ", ".join(columns)
+    return [
+        Question(
+            key="model", text="Which model file names the inputs and outputs? (- for none yet)", default=NONE,
+            settle=lambda answers, said: (
+                answers if said == NONE else replace(answers, model=read_model_signals(Path(said)))
+            ),
+        ),
+        Question(
+            key="inputs", text=f"Which are inputs, with commas between, - for none ({listed})?", default=NONE,
+            settle=lambda answers, said: replace(answers, inputs=_listed(said)),
+        ),
+        Question(
+            key="outputs", text=f"Which are outputs, with commas between ({listed})?", default="",
+            settle=lambda answers, said: replace(answers, outputs=_listed(said)),
+        ),
+    ]  # fmt: skip
+
+
+def _listed(said: str) -> tuple[str, ...]:
+    return () if said == NONE else tuple(one.strip() for one in said.split(",") if one.strip())
 
 
 def _about_time(proposal: Proposal, survey: Survey) -> list[Question]:
@@ -108,7 +138,7 @@ def _about_time(proposal: Proposal, survey: Survey) -> list[Question]:
 def _about_signal(proposal: Proposal, name: str, role: str, columns: Mapping[str, str]) -> list[Question]:
     """Return the questions about a signal; `columns` that may be one, each with what its unit measures."""
     guess = proposal.signal(name)
-    required = not plant_kind(proposal.plant).signals[name].optional
+    required = not proposal.kind.signals[name].optional
     needed = any(one.key == name for one in proposal.opens) or (required and guess is None)
     used = {one.column for one in proposal.signals if one.name != name and one.certain}
     others = {one for one in MOTIONS if one != name} if name in MOTIONS else set()
@@ -121,8 +151,11 @@ def _about_signal(proposal: Proposal, name: str, role: str, columns: Mapping[str
     none = "" if required else " (- for none)"
     choices = free if required else (*free, NONE)
     text = f"Which column is the {name}?{none}"
-    questions = [Question(key=name, text=text, default=default, choices=choices,
-                          settle=lambda answers, said: _with_signal(answers, role, name, said, ""))]  # fmt: skip
+    named = proposal.kind.free_signals and guess is not None and guess.certain
+    questions = [] if named else [
+        Question(key=name, text=text, default=default, choices=choices,
+                 settle=lambda answers, said: _with_signal(answers, role, name, said, "")),
+    ]  # fmt: skip
     if guess is not None:
         column = guess.column
         questions.append(Question(
@@ -173,7 +206,7 @@ def _with_signal(answers: Answers, role: str, name: str, column: str, unit: str)
     others = [
         one
         for one in (answers.inputs if role == "input" else answers.outputs)
-        if one.partition("=")[0] != name
+        if one.partition("=")[0] != name and one != column and not one.startswith(f"{column}:")
     ]
     if role == "input":
         return replace(answers, inputs=(*others, text))

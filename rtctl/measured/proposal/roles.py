@@ -14,6 +14,8 @@ from rtctl.measured.proposal.naming.column_names import WEAK
 from rtctl.measured.proposal.proposal import Open
 from rtctl.registry import PlantKind, SignalKind
 
+OTHER_PLANT = "--model MODEL.toml"
+"""Option for data of what is no oscillator, which name and unit of no column tell."""
 CLEAR = 1.0
 """Difference of two scores from which one column is preferred."""
 
@@ -162,12 +164,15 @@ def _require_responses(
             )
     if responses and not has_response and not any(one.key in responses for one in kept):
         free = [one for one in candidates.values() if roles.is_free(one.name) and not one.is_no_signal]
-        names = ", ".join(f'"{one.name}"' for one in free) or "no column is left"
+        names = (
+            ", ".join(f'"{one.name}"' for one in free) or "no column of numbers is left that may be a motion"
+        )
         text = (
             f"which motion was measured ({', '.join(responses)}), and in which column, does not show: {names}"
         )
-        option = f"--output {responses[0]}=COLUMN[:UNIT]"
-        roles.opens.append(Open("response", text, option, _example("--output", f"{responses[0]}=", free)))
+        option = f"--output {responses[0]}=COLUMN[:UNIT]; where no motion was measured: {OTHER_PLANT}"
+        example = _example("--output", f"{responses[0]}=", free) or OTHER_PLANT
+        roles.opens.append(Open("response", text, option, example))
 
 
 def _example(option: str, name: str, candidates: list[Candidate]) -> str:

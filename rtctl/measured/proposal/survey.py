@@ -136,6 +136,9 @@ def _check_usable(survey: Survey) -> None:
     """Raise ValueError where a file cannot give a drive and a response."""
     if not survey.columns:
         raise ValueError("has no columns")
+    refusals = {one.refusal for one in survey.columns.values()}
+    if len(refusals) == 1 and len(survey.columns) > 1 and "" not in refusals:
+        raise ValueError(refusals.pop())  # of the file as a whole: once
     numeric = survey.numeric
     if len(numeric) < 2 or survey.rows < 2:
         have = ", ".join(f'"{name}" ({_kind(one)})' for name, one in list(survey.columns.items())[:_SHOWN])

@@ -47,7 +47,8 @@ class SweepColumns(NamedTuple):
 
 def find_sweep(survey: Survey, answers: Answers) -> SweepColumns | None:
     """Return the columns of a sweep; None: the file is none, or the user said what its time is."""
-    if answers.sample_rate_hz is not None or answers.time is not None:
+    plant = answers.plant or (answers.model.plant if answers.model else None)
+    if answers.sample_rate_hz is not None or answers.time is not None or plant not in (None, "oscillator"):
         return None
     numeric = list(survey.numeric)
     frequency = next((name for name in numeric if _is_frequency(survey, name)), None)
@@ -64,7 +65,8 @@ def find_sweep(survey: Survey, answers: Answers) -> SweepColumns | None:
 def propose_sweeps(columns: SweepColumns, surveys: Sequence[Survey], answers: Answers) -> Proposal:
     """Return what files of sweeps hold. Raises InputError where nobody tells the amplitude of the drive."""
     survey = surveys[0]
-    given = given_signals(answers, plant_kind("oscillator").without_stand_ins().signals, survey.columns)
+    kind = plant_kind("oscillator").without_stand_ins()
+    given = given_signals(answers, kind.signals, survey.columns)
     name, unit, source, drive_unit = _response(columns, survey, given)
     drive = _drive(columns, survey, given, drive_unit)
     first, second = columns.parts.items()
@@ -86,6 +88,8 @@ def propose_sweeps(columns: SweepColumns, surveys: Sequence[Survey], answers: An
         name=answers.name or survey.path.name.partition(".")[0],
         plant="oscillator",
         plant_why="a response over frequency",
+        kind=kind,
+        model=None if answers.model is None else answers.model.path,
         signals=(drive, response),
         time=TimeGuess(
             column=columns.frequency, unit=read_column(survey.columns[columns.frequency]).unit.text or None,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from bisect import bisect_right
 from collections import Counter
 from collections.abc import Iterator
@@ -52,10 +53,25 @@ def read(path: Path) -> Table:
                 return arrow_slice(pieces, skipped, end - first + skipped)
             except pa.ArrowInvalid as error:
                 if "conversion error" not in str(error):
-                    raise ValueError(f"not readable as CSV: {error}") from None
+                    raise ValueError(_about_cells(str(error), form)) from None
         raise ValueError(f'column "{name}" is neither numbers nor text in UTF-8')
 
     return Table(columns=_headers(form, rows), load=load, remarks=(ending.remark,) * bool(ending.remark))
+
+
+def _about_cells(error: str, form: Form) -> str:
+    """Return what a person reads where a row has not as many cells as there are columns."""
+    found = re.search(r"Expected (\d+) columns, got (\d+)", error)
+    if found is None:
+        return f"not readable as CSV: {error}"
+    expected, cells = int(found[1]), int(found[2])
+    text = f"not readable as CSV: a row has {cells} cells, the file has {expected} columns"
+    if form.separator == "," and expected < cells <= 2 * expected:
+        text += (
+            ". Perhaps commas stand both between the columns and in the numbers (a decimal comma): export the file "
+            "with semicolons or tabs between the columns, or with decimal points"
+        )
+    return text
 
 
 def _headers(form: Form, rows: int) -> dict[str, Header]:

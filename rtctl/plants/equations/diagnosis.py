@@ -26,10 +26,12 @@ from rtctl.diagnosis.problem.subject import (
     Records,
     Subject,
 )
+from rtctl.identification.equations.structure import undetermined_parameters
 from rtctl.identification.scales import estimate_scales
 from rtctl.measured.dataset import Dataset
 from rtctl.models.equations import write_equations_model
-from rtctl.plants.equations.undetermined import describe_held, undetermined_parameters
+from rtctl.plants.equations.starts import with_common_start
+from rtctl.plants.equations.undetermined import describe_held
 
 Shape = Callable[[FloatArray], FloatArray]
 ALONG: tuple[tuple[str, Shape], ...] = (
@@ -112,6 +114,7 @@ def equations_subject(simulation: Any, dataset: Dataset) -> Subject:
         read_model=lambda path: check(EquationsFile, read_toml(path), str(path)),
         relative_errors=_relative_errors,
         extended_model=extended_model,
+        with_starts=with_common_start,
         write_model=_write,
     )
 

@@ -21,10 +21,10 @@ OSCILLATOR = PlantKind(
         "base_acceleration": SignalKind(
             role="input", like="m/s^2", not_in=("g",), stands_for="drive", remark=BASE
         ),
-        "displacement": SignalKind(role="output", not_in=("g", "m/s", "m/s^2"), optional=True),
-        "velocity": SignalKind(role="output", derivative_of="displacement", not_in=("g",), optional=True),
+        "displacement": SignalKind(role="output", not_in=("g", "m/s", "m/s^2", "N"), optional=True),
+        "velocity": SignalKind(role="output", derivative_of="displacement", not_in=("g", "N"), optional=True),
         "acceleration": SignalKind(
-            role="output", derivative_of="displacement", derivatives=2, not_in=("g",), optional=True
+            role="output", derivative_of="displacement", derivatives=2, not_in=("g", "N"), optional=True
         ),
     },
     responses=("displacement", "velocity", "acceleration"),

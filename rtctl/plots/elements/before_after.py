@@ -21,8 +21,8 @@ class BeforeAfter:
     measured: FloatArray
     before: FloatArray
     after: FloatArray
-    velocity: FloatArray
-    """Velocity of `after` [unit/s]."""
+    output_rate: FloatArray
+    """Rate of `after` [unit/s]."""
     rate: float
     """Dominant angular frequency [1/s]."""
     starts: tuple[int, ...] = (0,)
@@ -64,5 +64,5 @@ def join_pieces(pieces: list[BeforeAfter]) -> BeforeAfter:
     return BeforeAfter(
         record=first.record, output=first.output, unit=first.unit, rate=first.rate,
         time_s=joined("time_s"), measured=joined("measured"), before=joined("before"), after=joined("after"),
-        velocity=joined("velocity"), starts=tuple(int(one) for one in starts),
+        output_rate=joined("output_rate"), starts=tuple(int(one) for one in starts),
     )  # fmt: skip

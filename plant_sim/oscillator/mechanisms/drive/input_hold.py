@@ -8,7 +8,6 @@ from __future__ import annotations
 from plant_sim.oscillator.mechanism import OscillatorMechanism, Sampled, Values, coefficient
 
 HOLDS = {"toward_zero": "zero", "toward_linear": "linear", "toward_band_limited": "band-limited"}
-NAMES = {"toward_zero": "held", "toward_linear": "linear", "toward_band_limited": "band-limited"}
 
 
 def held(drive: Sampled, p: Values) -> Sampled:
@@ -19,15 +18,21 @@ def held(drive: Sampled, p: Values) -> Sampled:
     return drive._replace(blend=drive.blend + others)
 
 
+def remedy(name: str, signal: str) -> str:
+    """Return what to write in the manifest for the parameter `name`, as a template of its share."""
+    return f'Write hold = "{HOLDS[name]}" in its [signals.{signal}]: a share of {{{name}}} goes on so (1: all of it).'
+
+
 MECHANISM = OscillatorMechanism(
     id="input.hold",
     statement=(
-        "Between its samples the drive is not what the manifest says: {toward_zero} of the difference is towards held, "
-        "{toward_linear} towards linear, {toward_band_limited} towards band-limited."
+        "Between its samples the drive does not go on as the hold in the manifest says: a share of {toward_zero} goes "
+        'on as hold = "zero" says, {toward_linear} as "linear", {toward_band_limited} as "band-limited".'
     ),
     forms={
-        name: f"Between its samples the drive is not what the manifest says, but {hold}: {{{name}}} of the difference."
-        for name, hold in NAMES.items()
+        name: "Between its samples the drive does not go on as the hold in the manifest says. "
+        + remedy(name, "drive")
+        for name in HOLDS
     },
     parameters=tuple(
         coefficient(

@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+ON_A_WIRE = "--set driver.kind=modbus-tcp --set driver.address=HOST:PORT"
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of `rtctl acquire`."""
@@ -31,11 +33,33 @@ def run(args: argparse.Namespace) -> int:
     if args.json:
         print_json({"dataset": str(dataset.path), "device": dataset.identity})
     else:
-        say(f"wrote {dataset.path}", quiet=args.quiet)
+        say(f"wrote {dataset.path}{_simulated(args)}", quiet=args.quiet)
     if plant_kind(dataset.plant).identification is not None:
         start = _model_words(args) if plant_kind(dataset.plant).free_signals else []
         say_next(args, ["identify", dataset.path, *start, "--out", dataset.path.parent / "model.toml"])
     return 0
+
+
+def _simulated(args: argparse.Namespace) -> str:
+    """Return the sentence that says of data of a simulated device what they are; "" of any other device."""
+    from rtctl.api.inputs import load_scenario
+    from rtctl.diagnosis.report.rehearsed_device import left_out_of
+    from rtctl.scenario.drivers import InProcess
+
+    loaded = load_scenario(args.scenario, args.overrides)
+    driver = loaded.scenario.driver
+    if not isinstance(driver, InProcess):
+        return ""
+    device = driver.device or loaded.scenario.scenario.plant
+    text = f". These data are simulated, by the device {device}. Your own device: {ON_A_WIRE}"
+    path = loaded.folder / device
+    left_out = left_out_of(path) if path.suffix == ".toml" and path.is_file() else ()
+    if left_out:
+        text += (
+            f". The device leaves out {', '.join(left_out)}, which the diagnosed model has: it takes one sample after "
+            "the other, and holds each command"
+        )
+    return text
 
 
 def _model_words(args: argparse.Namespace) -> list[object]:

@@ -70,7 +70,7 @@ def _next_words(diagnosis: Diagnosis, dataset: Path, folder: Path) -> list[objec
     if diagnosis.answer.doubt:
         return []
     proposed = diagnosis.next_experiment
-    if proposed is not None and not proposed.in_vain:
+    if proposed is not None and proposed.decides:
         return ["acquire", folder / "next-experiment.toml", "--out", folder / "next"]
     if diagnosis.model is not None:
         return ["simulate", folder / "model-extended.toml", dataset, "--out", folder / "simulated"]

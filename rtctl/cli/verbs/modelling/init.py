@@ -18,11 +18,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--yes", action="store_true", help="ask nothing: take the guesses, refuse where there is none"
     )
     parser.add_argument(
-        "--plant", metavar="KIND", help="what was measured: oscillator or vo2 (default: guessed)"
+        "--plant", metavar="KIND", help="what was measured: oscillator, vo2 or equations (default: guessed)"
     )
     parser.add_argument(
-        "--input", dest="inputs", action="append", default=[], metavar="COLUMN[:UNIT]",
-        help="column that drives the plant, and its unit, such as --input u:V",
+        "--model", type=Path, metavar="MODEL.toml",
+        help="model that the data are for; one of equations names the inputs and outputs that the columns are",
+    )  # fmt: skip
+    parser.add_argument(
+        "--input", dest="inputs", action="append", default=[], metavar="[NAME=]COLUMN[:UNIT]",
+        help="column that drives the plant, and its unit, such as --input u:V; of equations each with its name",
     )  # fmt: skip
     parser.add_argument(
         "--output", dest="outputs", action="append", default=[], metavar="NAME=COLUMN[:UNIT]",
@@ -54,6 +58,7 @@ def run(args: argparse.Namespace) -> int:
     from rtctl.cli.next_step import say_next
     from rtctl.cli.options import is_quiet, output_folder, print_json
     from rtctl.cli.printing.first_look import print_initiation
+    from rtctl.measured.proposal.own_equations.signals import read_model_signals
     from rtctl.measured.proposal.proposal import Answers
     from rtctl.measured.proposal.propose import propose, refuse_open
     from rtctl.measured.proposal.survey import survey_files
@@ -61,6 +66,7 @@ def run(args: argparse.Namespace) -> int:
     answers = Answers(
         plant=args.plant, inputs=tuple(args.inputs), outputs=tuple(args.outputs), time=args.time,
         sample_rate_hz=args.sample_rate, hold=args.hold, test=args.test, name=args.name,
+        model=None if args.model is None else read_model_signals(args.model),
     )  # fmt: skip
     paths = paths_of(args.files)
     surveys = survey_files(paths)

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from rtctl.diagnosis.report.pictures import Picture
 
 CAPTIONS = {
-    "stretch": "Free runs from each record's start{start}, no measured output "
+    "stretch": "Free runs from the start of {each}{start}, no measured output "
     "fed in. Errors within the grey band are noise; {whose}.",
     "others": "The same of the other reading, in the record where today's model is worst at it.",
     "spectrum": "Where the error stands above the grey line, something is missing that a model could know.",
@@ -102,9 +102,7 @@ def _numbered_figure(diagnosis: Diagnosis, picture: Picture, number: int) -> str
     shape = ""
     if diagnosis.shape is not None:
         shape = f"it would remove {diagnosis.shape.share:.0%} of the error beyond the noise"
-    start = (
-        " (two fitted numbers: a first sample is noisy)" if diagnosis.fits.before.hypothesis.states else ""
-    )
+    start = ", which is fitted, as a first sample is noisy" if diagnosis.fits.before.hypothesis.states else ""
     output = diagnosis.problem.subject.output
     passes = (
         "passes all residual tests above"
@@ -116,7 +114,14 @@ def _numbered_figure(diagnosis: Diagnosis, picture: Picture, number: int) -> str
         if diagnosis.causes
         else ""
     )
+    each = "each piece of a record (at the grey lines)" if _is_cut(diagnosis) else "each record"
     caption = CAPTIONS[picture.section].format(
-        whose=whose, shape=shape, start=start, output=output, blue=blue
+        whose=whose, shape=shape, start=start, output=output, blue=blue, each=each
     )
     return figure(picture.data_uri(), picture.alternative, caption, number)
+
+
+def _is_cut(diagnosis: Diagnosis) -> bool:
+    """Return whether the records that are drawn were cut into pieces, each simulated from its own start."""
+    names = [one.name for one in diagnosis.tests or diagnosis.problem.records]
+    return len(set(names)) < len(names)

@@ -75,8 +75,14 @@ def tabulate_tests(diagnosis: Diagnosis) -> str:
             [escape(t.name), "–", _p(t.p_value)] for t in diagnosis.search.chosen.tests if t.name not in known
         ]
     headers = ["does the residual still hold …", "p, today's model"] + ([] if same else ["p, best candidate"])
+    left = (
+        " Here something is left beside the causes: they are claimed as a part of what is wrong."
+        if diagnosis.verdict == "partly_explained"
+        else ""
+    )
     text = (
-        "<p>A cause may be claimed only if nothing else is left in the residual. Small p: something is.</p>"
+        "<p>Each test looks for one thing in what is left of the error. p is the probability that noise alone would "
+        f"look as much like it: where it is small, something is left.{left}</p>"
     )
     return text + table(headers, rows, numbers=(1, 2))
 

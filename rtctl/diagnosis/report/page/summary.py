@@ -6,7 +6,7 @@ from html import escape
 
 from rtctl.diagnosis.problem.subject import LEFT_OUT
 from rtctl.diagnosis.report.page.sections import estimate_text
-from rtctl.diagnosis.result import EXTENDED_MODEL, Cause, Diagnosis
+from rtctl.diagnosis.result import EXTENDED_MODEL, Cause, Diagnosis, share_text
 from rtctl.models.derived.quantity import Derived
 from rtctl.output.html_page import table, tile
 from rtctl.output.readable_units import printed_unit, readable_unit
@@ -36,6 +36,19 @@ def describe_verdict(diagnosis: Diagnosis) -> str:
     return f'<span class="{diagnosis.verdict}">{texts[diagnosis.verdict]}</span>'
 
 
+def explain_test_error(diagnosis: Diagnosis) -> str:
+    """Return why the error on test records may be far above the noise though nothing is wrong; "" where it is not."""
+    gain, limits = diagnosis.gain, diagnosis.problem.thresholds.report
+    judged_by_noise = diagnosis.verdict == "adequate" and not diagnosis.problem.allowed
+    if not judged_by_noise or gain is None or gain.before <= limits.explained_error * gain.noise_floor:
+        return ""
+    return (
+        "The error on the test records is far above the noise all the same: it is of free runs, whose small "
+        "differences grow with time or are of the start, while the model was judged by shorter runs, which it follows "
+        "to the noise."
+    )
+
+
 def describe_causes(diagnosis: Diagnosis) -> str:
     """Return each cause in a sentence, with its size in the terms of those who use the device."""
     said = []
@@ -45,7 +58,8 @@ def describe_causes(diagnosis: Diagnosis) -> str:
             for name, text in (one.in_words() for one in quantities_of(cause, diagnosis.derived))
         )
         said.append(f'<p class="lead">{escape(cause.statement)}{others}</p>')
-    return "".join(said)
+    explained = explain_test_error(diagnosis)
+    return "".join(said) + (f'<p class="lead">{escape(explained)}</p>' if explained else "")
 
 
 def quantities_of(cause: Cause, derived: tuple[Derived, ...]) -> list[Derived]:
@@ -116,14 +130,10 @@ def tabulate_causes(diagnosis: Diagnosis) -> str:
         probability = "–" if cause.probability is None else f"{cause.probability:.1%}"
         rows.append(
             [f"<b>{escape(cause.id)}</b>", values, probability,
-             f"{_share(cause.share_removed)} of the error above the noise", escape(others)]
+             f"{share_text(cause.share_removed)} of the error above the noise", escape(others)]
         )  # fmt: skip
     headers = ["cause", "parameters, 95 % interval", "probability", "removes", "would explain it as well"]
     return table(headers, rows, numbers=(2,))
-
-
-def _share(share: float) -> str:
-    return f"{share:.0%}" if share >= 0.01 else f"{share:.1%}"
 
 
 def describe_what_to_do(diagnosis: Diagnosis) -> str:

@@ -61,7 +61,8 @@ _SPELLED = {
     "ma": "mA", "mv": "mV", "kv": "kV", "kn": "kN", "mn": "mN", "hz": "Hz", "kohm": "kohm", "mps": "m/s",
     "mps2": "m/s^2", "ms2": "m/s^2", "mss": "m/s^2", "m_s": "m/s", "mm_s": "mm/s", "um_s": "um/s", "m_s2": "m/s^2",
     "mm_s2": "mm/s^2", "mms": "mm/s", "mms2": "mm/s^2", "rad_s": "rad/s", "rad_s2": "rad/s^2", "ua": "uA",
-    "volt": "V", "volts": "V", "newton": "N", "ampere": "A", "ohms": "ohm", "mps^2": "m/s^2",
+    "volt": "V", "volts": "V", "newton": "N", "ampere": "A", "ohms": "ohm", "mps^2": "m/s^2", "degc": "degC",
+    "degf": "degF", "°c": "degC", "celsius": "degC", "kelvin": "K",
 }  # fmt: skip
 _SHORT = {
     "volt": "V", "ampere": "A", "newton": "N", "meter": "m", "metre": "m", "millimeter": "mm", "millimetre": "mm",
@@ -79,6 +80,11 @@ _NEEDS_WORD = {
     "ns": "time",
 }
 """Letters at the end of a name that are often something else (`x_m`: measured), and the word that makes them units."""
+
+
+_TEMPERATURES = {"C": "degC", "F": "degF", "K": "K"}
+"""Letters at the end of a name that is called as a temperature is: `T_plate_C`."""
+_TEMPERATURE = re.compile(r"(?:^|[._\s])(?:T|[Tt]emp\w*)(?:[_\s\d]|$)")
 
 
 class Name(NamedTuple):
@@ -143,6 +149,8 @@ def _spelled(end: str, base: str) -> str:
     votes = _votes(base)
     if end.lower() in _SPELLED and end not in ("MN", "MV"):
         return _SPELLED[end.lower()]
+    if end in _TEMPERATURES and _TEMPERATURE.search(base):
+        return _TEMPERATURES[end]
     if end in _SINGLE:
         unit, quantity = _SINGLE[end]
         return unit if votes.get(quantity, 0.0) >= STRONG else ""

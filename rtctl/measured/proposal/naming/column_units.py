@@ -77,6 +77,12 @@ def quantity_of(unit: str) -> str:
     return ""
 
 
+def is_force(unit: str) -> bool:
+    """Return whether a readable unit measures a force."""
+    registry = unit_registry()
+    return bool(registry.parse_units(unit).dimensionality == registry.newton.dimensionality)
+
+
 def _unit(column: Column, name: Name) -> Unit:
     """Return the unit of a column: what the file states comes before its name."""
     stated = column.unit
