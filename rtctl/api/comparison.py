@@ -18,8 +18,8 @@ from rtctl.measured.dataset import Dataset
 from rtctl.output.interrupt import stop_on_interrupt
 from rtctl.output.notebook import html_table, number
 from rtctl.output.progress import Progress, reporter
-from rtctl.session.free_run_growth import describe_growth, is_unpredictable
-from rtctl.session.model_validation import (
+from rtctl.session.validation.free_run_growth import describe_growth, is_unpredictable
+from rtctl.session.validation.model_validation import (
     ComparedRecord,
     OutputScore,
     check_kind,

@@ -192,7 +192,7 @@ def diagnose(
     """
     from rtctl.diagnosis import diagnose as internal
     from rtctl.models.temperatures import describe_celsius
-    from rtctl.session.model_validation import check_kind, simulation_of
+    from rtctl.session.validation.model_validation import check_kind, simulation_of
 
     options = DiagnosisOptions(false_claim_rate=false_claim_rate, work=work, seconds=seconds)
     report = reporter(progress)

@@ -19,7 +19,7 @@ from rtctl.identification.fit_record import FitRecord, make_fit_record
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.models.kinds import model_kind
 from rtctl.orbits.forced import Forced
-from rtctl.session.model_validation import simulation_for
+from rtctl.session.validation.model_validation import simulation_for
 from rtctl.version import __version__
 from rtctl.wiring import build_forced, find_plant, read_model
 

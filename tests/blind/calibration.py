@@ -28,7 +28,7 @@ from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residu
 from rtctl.diagnosis.screening.split import split_records
 from rtctl.identification.scales import estimate_scales
 from rtctl.measured import open_dataset, read_dataset
-from rtctl.session.model_validation import simulation_for
+from rtctl.session.validation.model_validation import simulation_for
 from rtctl.wiring import mechanism_ids
 
 Line = dict[str, Any]

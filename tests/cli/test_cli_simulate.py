@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 
 from rtctl.border.errors import InputError
 from rtctl.cli import main
-from rtctl.session.model_validation import _on_all_cores
+from rtctl.session.validation.model_validation import _on_all_cores
 
 RATE_HZ = 500.0
 SAMPLES = 1500
@@ -225,7 +225,7 @@ def test_data_of_another_plant_and_missing_files_are_named(
 
 def test_a_stop_leaves_no_summary(bench: Path, tmp_path: Path) -> None:
     from rtctl.measured import open_dataset
-    from rtctl.session.model_validation import compare_dataset, simulation_for
+    from rtctl.session.validation.model_validation import compare_dataset, simulation_for
 
     dataset = open_dataset(bench / "dataset.toml")
     simulation = simulation_for(bench / "model.toml", dataset)

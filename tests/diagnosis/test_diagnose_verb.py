@@ -22,7 +22,7 @@ from rtctl.diagnosis.search.request import DiagnosisOptions
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.models.oscillator import read_oscillator_model
 from rtctl.output.progress import Reporter
-from rtctl.session.model_validation import simulation_for
+from rtctl.session.validation.model_validation import simulation_for
 
 FEW = "friction.coulomb,damping.quadratic,stiffness.cubic"
 

@@ -17,7 +17,7 @@ from rtctl.diagnosis.screening.split import split_records
 from rtctl.diagnosis.search.candidates import propose_candidates
 from rtctl.identification.scales import estimate_scales
 from rtctl.measured import open_dataset, read_dataset
-from rtctl.session.model_validation import simulation_for
+from rtctl.session.validation.model_validation import simulation_for
 
 
 def second_mode(

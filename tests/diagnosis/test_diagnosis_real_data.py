@@ -15,7 +15,7 @@ from rtctl.diagnosis.result import Diagnosis
 from rtctl.diagnosis.search.request import DiagnosisOptions
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.models.oscillator import read_oscillator_model
-from rtctl.session.model_validation import simulation_for
+from rtctl.session.validation.model_validation import simulation_for
 
 DATA = Path(__file__).parents[3] / "shared" / "data"
 FORCES = ("stiffness.quadratic", "stiffness.cubic", "damping.quadratic", "friction.coulomb")

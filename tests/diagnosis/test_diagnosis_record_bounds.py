@@ -12,7 +12,7 @@ from diagnosis_cases import NOISE_MM, PERIOD_S, dataset_of, device, measured, no
 from rtctl.diagnosis.diagnose import diagnose
 from rtctl.diagnosis.search.request import DiagnosisOptions
 from rtctl.models.oscillator import read_oscillator_model
-from rtctl.session.model_validation import simulation_of
+from rtctl.session.validation.model_validation import simulation_of
 
 
 @pytest.mark.parametrize(("amplitude", "named"), [(20.0, True), (2000.0, False)])

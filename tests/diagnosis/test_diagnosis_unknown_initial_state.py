@@ -28,7 +28,7 @@ from rtctl.diagnosis.search.request import DiagnosisOptions
 from rtctl.diagnosis.thresholds import ScreeningThresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.measured import open_dataset
-from rtctl.session.model_validation import simulation_for
+from rtctl.session.validation.model_validation import simulation_for
 from rtctl.simulations.vo2 import vo2_simulation
 
 FloatArray = NDArray[np.float64]

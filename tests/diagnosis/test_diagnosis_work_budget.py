@@ -24,7 +24,7 @@ from rtctl.identification.scales import estimate_scales
 from rtctl.identification.simulation_error.output_error import open_thread_pool
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.models.oscillator import read_oscillator_model
-from rtctl.session.model_validation import simulation_for
+from rtctl.session.validation.model_validation import simulation_for
 
 VALUES = np.array([one.value for one in device().parameters])
 

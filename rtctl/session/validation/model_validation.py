@@ -28,7 +28,7 @@ from rtctl.measured.stored import StoredDataset
 from rtctl.models.kinds import model_kind
 from rtctl.recording import write_parquet
 from rtctl.registry import plant_kinds
-from rtctl.session.free_run_growth import measure_growth
+from rtctl.session.validation.free_run_growth import measure_growth
 from rtctl.wiring import build_simulation, read_model
 
 ASKED_FROM = 0.05
