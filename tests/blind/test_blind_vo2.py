@@ -20,7 +20,6 @@ from rtctl.diagnosis.search.model_selection import RankedHypothesis
 from rtctl.diagnosis.thresholds import SearchThresholds, Thresholds
 from rtctl.wiring import mechanism_ids
 
-LEVEL = 0.01
 SMALL: dict[str, Any] = {
     "plant": "vo2",
     "samples": 4000,
@@ -73,6 +72,6 @@ def test_a_cause_that_removes_less_than_is_allowed_is_not_told(tmp_path: Path) -
         rankings=(*found.search.rankings, (RankedHypothesis(larger, 0.0),)),
     )
     ids = mechanism_ids("vo2")
-    assert drop_causes_within_allowance(data, of_both, ids, LEVEL).chosen.hypothesis.mechanisms == both[:1]
+    assert drop_causes_within_allowance(data, of_both, ids).chosen.hypothesis.mechanisms == both[:1]
     strict = replace(data, allowed={name: 1e-12 * square for name, square in data.allowed.items()})
-    assert drop_causes_within_allowance(strict, of_both, ids, LEVEL).chosen.hypothesis.mechanisms == both
+    assert drop_causes_within_allowance(strict, of_both, ids).chosen.hypothesis.mechanisms == both

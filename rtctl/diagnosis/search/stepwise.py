@@ -203,7 +203,7 @@ def accept_passing_set(state: SearchState) -> SearchState:
     if not passes and result.chosen is state.best:
         return state
     result = drop_inactive_causes(state.problem, result, state.settings.ids)
-    result = drop_causes_within_allowance(state.problem, result, state.settings.ids, state.settings.level)
+    result = drop_causes_within_allowance(state.problem, result, state.settings.ids)
     return accept_set(state, refit_rivals(state.problem, result, state.best, state.settings))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -199,20 +199,10 @@ def drop_inactive_causes(problem: Problem, result: SearchResult, ids: Sequence[s
     return result if fewer is None else _keep_tests(problem, result, fewer, ids)
 
 
-def drop_causes_within_allowance(
-    problem: Problem, result: SearchResult, ids: Sequence[str], level: float
-) -> SearchResult:
+def drop_causes_within_allowance(problem: Problem, result: SearchResult, ids: Sequence[str]) -> SearchResult:
     """Drop causes that all together remove no more than the misfit that a nominal model is allowed.
 
-    The larger set passes the residual tests, and what the smaller one leaves beyond that is no gap. A cause stays whose
-    own direction shows by its size too, more clearly than all of the allowed misfit along it could: a beam that rings
-    is no error of static loops.
-
-    Args:
-        problem: Records that were fitted.
-        result: Search with its set chosen.
-        ids: Mechanisms of the catalogue that are tested.
-        level: Significance level of the residual tests.
+    The larger set passes the residual tests, and what the smaller one leaves beyond that is no gap.
     """
     samples = sum(record.samples - record.first for record in problem.records)
     most = 0.5 * samples * sum(square / problem.size(name) ** 2 for name, square in problem.allowed.items())
@@ -222,19 +212,8 @@ def drop_causes_within_allowance(
         fewer = min(reduced, key=lambda one: one.cost, default=None)
         if fewer is None or fewer.cost > result.chosen.hypothesis.cost + most:
             break
-        if _shows_by_size(problem, fewer, set(chosen.mechanisms) - set(fewer.mechanisms), ids, level):
-            break
         chosen = fewer
     return result if chosen is result.chosen.hypothesis else _keep_tests(problem, result, chosen, ids)
-
-
-def _shows_by_size(
-    problem: Problem, fewer: Hypothesis, dropped: Collection[str], ids: Sequence[str], level: float
-) -> bool:
-    """Return whether a residual test of a dropped cause alone, by its size, rejects the set without it."""
-    names = {f"{name} alone, by size" for name in dropped}
-    tests = run_residual_tests(fewer, problem, ids).tests
-    return any(one.name in names and one.p_value < level for one in tests)
 
 
 def _keep_tests(
