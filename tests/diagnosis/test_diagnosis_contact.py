@@ -57,9 +57,12 @@ def records(*mechanisms: dict[str, Any], level: float = 1.0) -> list[tuple[Any, 
     return [(drive, measured(plant, drive), use) for drive, use in drives]
 
 
+SLOW = ("stiffness.cubic", "stop.two_sided", "stiffness.quadratic", "drive.delay")
+
+
 @pytest.mark.parametrize(
     ("identity", "values", "rivals"),
-    [pytest.param(*one, marks=[pytest.mark.slow] if one[0] == "stiffness.cubic" else []) for one in CASES],
+    [pytest.param(*one, marks=[pytest.mark.slow] if one[0] in SLOW else []) for one in CASES],
 )
 def test_it_is_named_among_those_that_look_like_it(
     tmp_path: Path, identity: str, values: dict[str, tuple[float, str]], rivals: str

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
+import pytest
 from diagnosis_cases import FRICTION, PERIOD_S, device, noise_drive
 
 from rtctl.border.simulation import Simulation, Stimulus
@@ -54,6 +55,7 @@ def test_records_of_unequal_noise_show_nothing_wrong() -> None:
     assert chances()[0] > 0.005
 
 
+@pytest.mark.slow
 def test_taken_for_equal_they_would() -> None:
     never_robust = ResidualThresholds(robust_below_excess=0.0)
     smallest = sorted(examined(device(), seed, never_robust).p_value for seed in range(12))[0]

@@ -87,6 +87,7 @@ def found(stepped):
     return answer(*stepped)
 
 
+@pytest.mark.slow
 def test_domains_that_switch_as_one_are_named_and_learned(found, tmp_path):
     assert found.verdict in ("explained", "partly_explained")
     (cause,) = found.causes
@@ -102,6 +103,7 @@ def test_domains_that_switch_as_one_are_named_and_learned(found, tmp_path):
     assert model.mechanisms == ()
 
 
+@pytest.mark.slow
 def test_the_page_shows_where_relays_switch(found):
     assert "loops" in [picture.section for picture in pictures(found)]
 
@@ -120,6 +122,7 @@ def test_one_may_stop_before_the_loops_are_learned(stepped):
     assert hysteresis_refit.ID not in [cause.id for cause in found.causes]
 
 
+@pytest.mark.slow
 def test_loops_that_are_no_help_on_test_records_are_not_learned(found, stepped):
     at_nominal = found.search._replace(chosen=found.search.nominal, hysteresis_refit=None, leave_one_out=())
     problem = dataclasses.replace(found.problem, executor=None)
@@ -193,6 +196,7 @@ def test_loops_are_learned_behind_the_gains_that_they_were_identified_with():
     assert report["current_offset"] == pytest.approx(0.0, abs=5e-4)
 
 
+@pytest.mark.slow
 def test_loops_that_are_off_by_no_more_than_a_model_may_be_are_put_right_too():
     problem = dataset(share=0.0, steps=MORE_LEVELS)
     case = late(problem), identified(problem)
@@ -242,6 +246,7 @@ def test_one_may_stop_before_the_loops_are_put_right(few_levels):
     assert [cause.id for cause in found.causes] == ["actuation.delay"]
 
 
+@pytest.mark.slow
 def test_the_noise_that_is_drawn_is_that_of_the_deflection(found):
     period_s = 1e-3
     frequency, density = noise_density(found, period_s)

@@ -88,6 +88,7 @@ def test_a_nominal_value_is_not_looked_for_where_a_motion_would_need_steps_witho
         assert low[k] == pytest.approx(-limit)
 
 
+@pytest.mark.slow
 def test_a_constant_of_many_times_the_motion_leaves_the_nominal_values_as_they_are() -> None:
     """A fit without it would be of another motion, about that place."""
     plant, records = device(), []

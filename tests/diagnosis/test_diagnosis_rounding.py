@@ -70,6 +70,7 @@ def test_without_the_error_of_the_steps_they_would() -> None:
     assert smallest_of_six(as_large_everywhere)[2] < 1e-3
 
 
+@pytest.mark.slow
 def test_nor_do_samples_at_rest_say_how_large_the_noise_is(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
         "rtctl.diagnosis.residual.projection.residual_rows.changing_samples",

@@ -26,14 +26,17 @@ def answer(folder: Path, identity: str, **values: tuple[float, str]) -> dict[str
     ("identity", "values", "fitted"),
     [
         ("friction.coulomb", {"level": LEVEL}, {"level"}),
-        ("friction.coulomb", {"level": LEVEL, "transition_speed": (5.0, "mm/s")}, {"level", "transition_speed"}),
+        pytest.param(
+            "friction.coulomb", {"level": LEVEL, "transition_speed": (5.0, "mm/s")}, {"level", "transition_speed"},
+            marks=pytest.mark.slow,
+        ),
         (
             "friction.stribeck",
             {"level": LEVEL, "excess": (200.0, "mm/s^2"), "transition_speed": (10.0, "mm/s")},
             {"level", "excess", "transition_speed"},
         ),
         ("friction.presliding", {"level": LEVEL, "displacement": (0.1, "mm")}, {"level", "displacement"}),
-        ("damping.quadratic", {"coefficient": (0.4, "1/mm")}, {"coefficient"}),
+        pytest.param("damping.quadratic", {"coefficient": (0.4, "1/mm")}, {"coefficient"}, marks=pytest.mark.slow),
         (
             "damping.power",
             {"level": (600.0, "mm/s^2"), "exponent": (3.0, "dimensionless"), "speed": (50.0, "mm/s")},

@@ -90,6 +90,7 @@ def test_a_model_of_the_same_device_tracks_steps_on_it(image: Path, model_file: 
     assert summary_of(tmp_path / "run")["verdict"] == "pass"
 
 
+@pytest.mark.slow
 def test_a_host_that_is_killed_leaves_a_film_that_cools_and_waits_to_be_re_armed(
     image: Path, tmp_path: Path
 ) -> None:

@@ -139,6 +139,7 @@ def test_a_stopped_or_killed_acquisition_leaves_the_output_off(
     assert "Traceback" not in errors
 
 
+@pytest.mark.slow
 def test_the_latency_of_a_source_meter_is_its_reading_and_its_line(tmp_path: Path) -> None:
     options = [
         "--driver",
