@@ -41,6 +41,7 @@ def test_a_viewer_that_loses_the_server_gets_each_row_once(tmp_path: Path) -> No
         loop.end()
         assert next(event for event in events if event.kind == "state").content["state"] in (
             "recording",
+            "ending",
             "ended",
         )
     assert numbers([*before, *after]) == list(range(1, 7541))
