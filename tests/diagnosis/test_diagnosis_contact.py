@@ -57,7 +57,14 @@ def records(*mechanisms: dict[str, Any], level: float = 1.0) -> list[tuple[Any, 
     return [(drive, measured(plant, drive), use) for drive, use in drives]
 
 
-SLOW = ("stiffness.cubic", "stop.two_sided", "stiffness.quadratic", "drive.delay")
+SLOW = (
+    "stiffness.cubic",
+    "stop.two_sided",
+    "stiffness.quadratic",
+    "drive.delay",
+    "actuator.backlash",
+    "base.motion",
+)
 
 
 @pytest.mark.parametrize(

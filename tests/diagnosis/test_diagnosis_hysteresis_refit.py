@@ -230,6 +230,7 @@ def test_what_passes_is_put_right_for_any_certain_gain_unless_others_pass_too():
     assert request.loop_refitter(loops).refit_behind(left) is left
 
 
+@pytest.mark.slow
 def test_loops_do_not_hide_that_a_law_of_no_name_explains_more(few_levels, monkeypatch):
     for module in (causes, nonparametric_comparison):
         monkeypatch.setattr(module, "find_better_alternative", lambda *anything: "A law.")
