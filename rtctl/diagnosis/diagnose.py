@@ -144,9 +144,14 @@ def _answer(
     )  # fmt: skip
     extended = model_for_loop(request, fits.after, rehearsed=bool(causes))
     doubt = problem.subject.doubt(request.model)
+    gain = (
+        verified.gain
+        if extended.fit is fits.after
+        else extended.gain_of(fits, holdout, problem.subject.output)
+    )
     return Diagnosis(
         verdict=verdict.claim, causes=causes, loop=extended.rehearsal, doubt=doubt,
-        gain=verified.gain, helps=verified.helps, where=tuple(where),
+        gain=gain, helps=verified.helps, where=tuple(where),
         search=search, problem=problem, tests=request.tests, fits=fits, before=before,
         model=extended.model, units=units, isolability=compute_isolability(search.nominal), next_experiment=proposed,
         noise_rms=noise_rms_of(search.chosen, problem.subject.output),

@@ -11,20 +11,23 @@ from vo2_model_cases import PERIOD_S, UNITS, predict, simulation, small_model, t
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.diagnose import diagnose
 from rtctl.diagnosis.result import Diagnosis
+from rtctl.diagnosis.search.holdout_error import simulate_free_run
 from rtctl.diagnosis.search.request import DiagnosisOptions
 from rtctl.measured.dataset import Dataset, Record
+from rtctl.simulations.vo2 import vo2_simulation
 
 IDS = ("actuation.deadband", "actuation.delay")
 
 
-def answer(offset_mA: float, ids: tuple[str, ...] = IDS, **hidden: dict[str, float]) -> Diagnosis:
-    """Diagnose records of the small model with an offset of the current, and hidden mechanisms."""
+def answer(
+    offset_mA: float, ids: tuple[str, ...] = IDS, in_test_mA: float | None = None, **hidden: dict[str, float]
+) -> Diagnosis:
+    """Diagnose the small model, its current off by an offset (another one in the test record), with hidden effects."""
     device, records = simulation(**hidden), []
     for seed, use in ((1, "fit"), (2, "fit"), (3, "test")):
         levels = telegraph(500, seed)
-        acting = Stimulus(
-            inputs={"current": levels + offset_mA}, holds={"current": "zero"}, period_s=PERIOD_S
-        )
+        offset = offset_mA if use == "fit" or in_test_mA is None else in_test_mA
+        acting = Stimulus(inputs={"current": levels + offset}, holds={"current": "zero"}, period_s=PERIOD_S)
         resistance, deflection = predict(device, acting)
         draw = np.random.default_rng([seed, 1])
         signals = {
@@ -96,3 +99,16 @@ def test_a_current_that_leaks_into_the_reading_since_is_told_as_that() -> None:
     assert cause.id == "sensor.crosstalk"
     assert cause.parameters["leak"].value == pytest.approx(900.0, rel=0.1)
     assert [one.id for one in found.model.mechanisms] == ["sensor.crosstalk"]
+
+
+@pytest.mark.parametrize("in_test_mA", [0.0, -0.01], ids=["left out", "kept"])
+def test_the_error_that_is_told_is_that_of_the_model_that_is_handed_out(in_test_mA: float) -> None:
+    """The fitted records have an offset of 0.01 mA; where the test record has none, the model leaves it out."""
+    found = answer(-0.01, ("actuation.delay",), in_test_mA, actuation__delay={"delay": 3e-3})
+    assert found.gain is not None
+    assert found.loop is not None
+    assert (found.loop.with_corrections is not None) == (not found.model.corrections) == (in_test_mA == 0.0)
+    (test,) = found.tests
+    made = vo2_simulation(found.model, UNITS, "handed out")
+    off = simulate_free_run(made, test, "deflection").outputs["deflection"][0] - test.measured["deflection"]
+    assert found.gain.after == pytest.approx(np.sqrt(np.mean(off[test.first :] ** 2)), rel=1e-3)

@@ -277,8 +277,6 @@ class Subject:
     """Return notes on the model as `to_comparable` made it."""
     rehearse: Callable[[Any, Any, Sequence[Record]], Rehearsal | None] | None = None
     """Rehearse the loop on measured records with today's and with the extended model; None where no loop uses them."""
-    uncorrected: Callable[[Any], Any] | None = None
-    """Return a model without the corrections of its signals, mechanisms kept; None where models have none."""
     read_model: Callable[[Path], Any]
     """Read a model file. Raises InputError."""
     relative_errors: Callable[[Any], Mapping[str, float]]

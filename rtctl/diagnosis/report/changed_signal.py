@@ -126,7 +126,7 @@ def _told(
         ),
         fits=fits,
         model=extended.model,
-        gain=holdout.gain_of(fits, problem.subject.output),
+        gain=extended.gain_of(fits, holdout, problem.subject.output),
         loop=extended.rehearsal,
     )
 

@@ -396,7 +396,6 @@ VO2 = Subject(
     coarse_part_figure=draw_coarse_loops,
     find_initial_state=find_initial_temperature,
     rehearse=rehearse_sensing,
-    uncorrected=lambda model: replace(model, corrections={}),
     derive=derive_vo2,
     read_model=read_model,
     relative_errors=lambda model: {},
