@@ -101,10 +101,10 @@ def test_a_current_that_leaks_into_the_reading_since_is_told_as_that() -> None:
     assert [one.id for one in found.model.mechanisms] == ["sensor.crosstalk"]
 
 
-@pytest.mark.parametrize("in_test_mA", [0.0, -0.01], ids=["left out", "kept"])
+@pytest.mark.parametrize("in_test_mA", [0.0, -0.003], ids=["left out", "kept"])
 def test_the_error_that_is_told_is_that_of_the_model_that_is_handed_out(in_test_mA: float) -> None:
-    """The fitted records have an offset of 0.01 mA; where the test record has none, the model leaves it out."""
-    found = answer(-0.01, ("actuation.delay",), in_test_mA, actuation__delay={"delay": 3e-3})
+    """The fitted records have an offset of 3 uA; where the test record has none, the model leaves it out."""
+    found = answer(-0.003, ("actuation.delay",), in_test_mA, actuation__delay={"delay": 3e-3})
     assert found.gain is not None
     assert found.loop is not None
     assert (found.loop.with_corrections is not None) == (not found.model.corrections) == (in_test_mA == 0.0)
@@ -112,3 +112,9 @@ def test_the_error_that_is_told_is_that_of_the_model_that_is_handed_out(in_test_
     made = vo2_simulation(found.model, UNITS, "handed out")
     off = simulate_free_run(made, test, "deflection").outputs["deflection"][0] - test.measured["deflection"]
     assert found.gain.after == pytest.approx(np.sqrt(np.mean(off[test.first :] ** 2)), rel=1e-3)
+
+
+def test_an_offset_that_is_told_is_in_the_model_also_where_the_test_record_has_none() -> None:
+    found = answer(-0.6, ("actuation.delay",), 0.0, actuation__delay={"delay": 3e-3})
+    assert "parameter.current_offset" in {cause.id for cause in found.causes}
+    assert found.model.corrections["current_offset"].value == pytest.approx(-0.6, abs=0.03)

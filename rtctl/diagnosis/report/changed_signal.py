@@ -113,7 +113,7 @@ def _told(
         notes = () if is_value else (AS_CORRECTIONS.format(cause.id),)
         answer = replace(answer, warnings=(*answer.warnings, *notes))
     fits = Fits(answer.fits.before if answer.causes else before, after)
-    extended = model_for_loop(request, after)
+    extended = model_for_loop(request, after, is_cause=cause.kind == "parameter")
     is_part = answer.verdict == "partly_explained"
     return replace(
         answer,

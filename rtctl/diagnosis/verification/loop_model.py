@@ -37,18 +37,23 @@ class LoopModel(NamedTuple):
         return holdout.gain_of(fits._replace(after=self.fit), output)
 
 
-def model_for_loop(request: SearchRequest, after: TestedHypothesis, *, rehearsed: bool = True) -> LoopModel:
+def model_for_loop(
+    request: SearchRequest, after: TestedHypothesis, *, rehearsed: bool = True, is_cause: bool = False
+) -> LoopModel:
     """Return the model of the file with the values and mechanisms of a fit.
 
     Args:
         request: Model, dataset and kind of plant.
         after: The fit.
         rehearsed: Whether the loop is rehearsed; else the model is as the fit has it.
+        is_cause: Whether a correction is a cause that is told, and stays whatever the rehearsal says.
     """
     problem, today, rehearse = request.problem, request.model, request.problem.subject.rehearse
     made = extend_model(problem, today, after)
     if rehearse is None or not rehearsed:
         return LoopModel(made, None, after)
+    if is_cause:
+        return LoopModel(made, rehearse(today, made, request.dataset.records), after)
     bare = _without_corrections(problem.subject, after)
     plain = extend_model(problem, today, bare)
     rehearsal, is_plain = compare_in_loop(rehearse, today, made, plain, request.dataset.records)
