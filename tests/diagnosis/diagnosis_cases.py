@@ -12,6 +12,12 @@ from numpy.typing import NDArray
 from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Simulation, Stimulus
 from rtctl.cli import main
+from rtctl.diagnosis.problem.fit import fit_hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.subjects import subject_of
+from rtctl.diagnosis.screening.split import split_records
+from rtctl.identification.scales import estimate_scales
 from rtctl.measured import read_dataset
 from rtctl.measured.dataset import Dataset
 from rtctl.wiring import build_simulation
@@ -104,4 +110,18 @@ def answer_to(
     command = ["diagnose", str(manifest), "--model", str(model), "--mechanisms", mechanisms, "--quiet"]
     assert main([*command, "--out", str(folder / "out")]) == 0
     found: dict[str, Any] = json.loads((folder / "out" / "diagnosis.json").read_text())
+    return found
+
+
+def problem_of(data: Dataset) -> Problem:
+    """Records to fit of an oscillator, as a search has them."""
+    subject = subject_of("oscillator")
+    records, _, _ = split_records(data, subject)
+    return Problem(subject=subject, records=records, scales=estimate_scales(records), steps_per_period=64.0)
+
+
+def fit_of(problem: Problem, *mechanisms: str) -> Hypothesis:
+    """The nominal device with these mechanisms, fitted."""
+    found = fit_hypothesis(problem, device().extended(mechanisms), mechanisms)
+    assert found is not None
     return found

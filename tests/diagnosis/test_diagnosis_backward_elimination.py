@@ -3,33 +3,21 @@
 from __future__ import annotations
 
 import pytest
-from diagnosis_cases import device, friction_case
+from diagnosis_cases import device, fit_of, friction_case, problem_of
 
 from rtctl.diagnosis.problem.fit import fit_hypothesis
-from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.diagnosis.problem.subjects import subject_of
-from rtctl.diagnosis.screening.split import split_records
 from rtctl.diagnosis.search.elimination.backward_elimination import (
     _compensate,
     eliminate_negligible,
     refit_without_each,
 )
-from rtctl.identification.scales import estimate_scales
 from rtctl.measured import read_dataset
 
 
 @pytest.fixture(scope="module")
 def problem(tmp_path_factory: pytest.TempPathFactory) -> Problem:
-    subject = subject_of("oscillator")
-    records, _, _ = split_records(read_dataset(friction_case(tmp_path_factory.mktemp("friction"))), subject)
-    return Problem(subject=subject, records=records, scales=estimate_scales(records), steps_per_period=64.0)
-
-
-def fit_of(problem: Problem, *mechanisms: str) -> Hypothesis:
-    found = fit_hypothesis(problem, device().extended(mechanisms), mechanisms)
-    assert found is not None
-    return found
+    return problem_of(read_dataset(friction_case(tmp_path_factory.mktemp("friction"))))
 
 
 def test_what_does_not_help_is_taken_out_and_what_does_stays(problem: Problem) -> None:

@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from diagnosis_cases import device, friction_case
+from diagnosis_cases import fit_of, friction_case, problem_of
 
-from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
-from rtctl.diagnosis.screening.split import split_records
 from rtctl.diagnosis.search.elimination.simpler_laws import prefer_fewest_unknowns
 from rtctl.diagnosis.search.model_selection import count_unknowns, rank_hypotheses
 from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.search.state import SearchSettings
-from rtctl.identification.scales import estimate_scales
 from rtctl.measured import read_dataset
 
 IDS = ("friction.coulomb", "friction.presliding", "stiffness.cubic")
@@ -25,15 +21,11 @@ SETTINGS = SearchSettings(ids=IDS, level=0.01, budget=WorkBudget.of(np.inf))
 
 @pytest.fixture(scope="module")
 def problem(tmp_path_factory: pytest.TempPathFactory) -> Problem:
-    subject = subject_of("oscillator")
-    records, _, _ = split_records(read_dataset(friction_case(tmp_path_factory.mktemp("friction"))), subject)
-    return Problem(subject=subject, records=records, scales=estimate_scales(records), steps_per_period=64.0)
+    return problem_of(read_dataset(friction_case(tmp_path_factory.mktemp("friction"))))
 
 
 def fit_and_test(problem: Problem, *mechanisms: str) -> TestedHypothesis:
-    found = fit_hypothesis(problem, device().extended(mechanisms), mechanisms)
-    assert found is not None
-    return run_residual_tests(found, problem, IDS)
+    return run_residual_tests(fit_of(problem, *mechanisms), problem, IDS)
 
 
 def result(problem: Problem, chosen: TestedHypothesis, *others: TestedHypothesis) -> SearchResult:

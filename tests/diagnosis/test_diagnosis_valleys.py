@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
-from diagnosis_cases import PERIOD_S, dataset_of, device, measured
+from diagnosis_cases import PERIOD_S, dataset_of, device, measured, problem_of
 
 from rtctl.diagnosis.problem.fit import fit_hypothesis
-from rtctl.diagnosis.problem.problem import Problem
-from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
-from rtctl.diagnosis.screening.split import split_records
 from rtctl.diagnosis.search.candidates import propose_candidates
-from rtctl.identification.scales import estimate_scales
 
 LAG_S = 0.2 * PERIOD_S
 
@@ -22,7 +20,7 @@ def burst(frequency_hz: float, level: float, samples: int = 1500) -> np.ndarray:
     return level * np.where(time_s < 0.5 * time_s[-1], np.sin(2.0 * np.pi * frequency_hz * time_s), 0.0)
 
 
-def test_a_lag_starts_where_rows_that_are_read_later_make_room_for_it(tmp_path) -> None:
+def test_a_lag_starts_where_rows_that_are_read_later_make_room_for_it(tmp_path: Path) -> None:
     """Rows are read at the end of their period, behind a lag: together a skew of 0.8 periods."""
     plant = device(
         {"id": "timing.skew", "parameters": {"late": {"value": PERIOD_S, "unit": "s"}}},
@@ -30,12 +28,8 @@ def test_a_lag_starts_where_rows_that_are_read_later_make_room_for_it(tmp_path) 
         damping=(1.5, "1/s"),
     )
     drives = [burst(20.0, 6.0), burst(20.3, 9.0)]
-    subject = subject_of("oscillator")
     data = dataset_of(tmp_path, *((drive, measured(plant, drive), "fit") for drive in drives))
-    records, _, _ = split_records(data, subject)
-    problem = Problem(
-        subject=subject, records=records, scales=estimate_scales(records), steps_per_period=64.0
-    )
+    problem = problem_of(data)
     skewed = fit_hypothesis(
         problem, device(damping=(1.5, "1/s")).extended(("timing.skew",)), ("timing.skew",)
     )

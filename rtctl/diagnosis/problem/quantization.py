@@ -25,7 +25,7 @@ def quantization_step(readings: Sequence[FloatArray], thresholds: ProblemThresho
     """
     values = np.concatenate(readings)
     exact, below_noise = step_of_levels(values, thresholds), step_below_noise(values, thresholds)
-    return below_noise if below_noise > 1.5 * exact else exact
+    return below_noise if below_noise > thresholds.quantization_coarser * exact else exact
 
 
 def step_of_levels(values: FloatArray, thresholds: ProblemThresholds) -> float:

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from itertools import combinations, product
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import FreeParameter, Simulation
@@ -173,6 +174,43 @@ def _start_candidate(
         factor: Factor of the linear step.
         limits: Thresholds of the search.
     """
+    projected = parent.projected
+    usable = projected.usable[np.asarray(group)]
+    steps = _solve_joint_step(projected, len(parent.hypothesis.shared), group)
+    room = _make_room(parent, group, steps, limits)
+    return _candidate_at(parent, group, steps, room, min(factor, _limit_step(parent, room, limits)), usable)
+
+
+def _start_in_valley(
+    parent: TestedHypothesis, group: Sequence[int], share: float, limits: SearchThresholds
+) -> Candidate | None:
+    """Return the parent's set, extended, at a share of the way to where one of its own parameters meets a bound."""
+    steps = np.zeros(len(group))
+    steps[0] = 1.0
+    room = _follow(parent, group, steps)
+    step = min(1.0, _limit_step(parent, room, limits), _room_within_bounds(parent, room))
+    fitted = np.ones(len(group), dtype=bool)
+    return _candidate_at(parent, group, steps, room, share * step, fitted) if step > 0.0 else None
+
+
+def _candidate_at(
+    parent: TestedHypothesis,
+    group: Sequence[int],
+    steps: FloatArray,
+    room: FloatArray,
+    factor: float,
+    fitted: NDArray[np.bool_],
+) -> Candidate:
+    """Return the parent's set, extended, at `factor` times `steps` along the directions and `room` of its own.
+
+    Args:
+        parent: Tested set that is extended.
+        group: Directions of one form and one choice of shapes of each added mechanism.
+        steps: (g,) steps along these directions.
+        room: (p,) scaled steps of the set's own parameters.
+        factor: Factor of all these steps.
+        fitted: (g,) which of the directions are fitted; the parameters of the others stay neutral.
+    """
     hypothesis, directions = parent.hypothesis, [parent.directions[k] for k in group]
     forms = {direction.mechanism: direction.form for direction in directions}
     simulation = neutral = hypothesis.simulation.extended(tuple(forms))
@@ -182,9 +220,6 @@ def _start_candidate(
     fixed_parameters = set(hypothesis.fixed_parameters) | _list_fixed(
         hypothesis.simulation, simulation, forms
     )
-    steps = _solve_joint_step(parent.projected, len(hypothesis.shared), group)
-    room = _make_room(parent, group, steps, limits)
-    factor = min(factor, _limit_step(parent, room, limits))
     shaped = np.array([parameter.value for parameter in neutral.parameters])
     for direction in directions:
         for name, value in direction.shapes.items():
@@ -192,12 +227,12 @@ def _start_candidate(
     values = shaped.copy()
     values[hypothesis.sensitivity.free] += factor * room * hypothesis.sensitivity.scale
     of_record: dict[tuple[str, str], FloatArray] = {}
-    for k, direction, step in zip(group, directions, steps, strict=True):
+    for direction, step, is_fitted in zip(directions, steps, fitted, strict=True):
         key = direction.mechanism, direction.name
         if direction.record != ALL:
             amplitudes = of_record.setdefault(key, np.zeros(len(hypothesis.starts)))
             amplitudes[direction.record] = factor * step * direction.scale
-        elif parent.projected.usable[k]:
+        elif is_fitted:
             values[index[key]] += factor * step * direction.scale
         else:
             fixed_parameters.add(simulation.parameters[index[key]].name)
@@ -205,37 +240,6 @@ def _start_candidate(
         mechanisms=(*hypothesis.mechanisms, *forms), simulation=clip_to_bounds(simulation, values),
         starts=np.column_stack((hypothesis.starts, *of_record.values())), fixed_parameters=frozenset(fixed_parameters),
         neutral=clip_to_bounds(neutral, shaped), parent=hypothesis, form="".join(forms.values()),
-    )  # fmt: skip
-
-
-def _start_in_valley(
-    parent: TestedHypothesis, group: Sequence[int], share: float, limits: SearchThresholds
-) -> Candidate | None:
-    """Return the parent's set, extended, at a share of the way to where one of its own parameters meets a bound."""
-    hypothesis, projected = parent.hypothesis, parent.projected
-    shared = len(hypothesis.shared)
-    direction = parent.directions[group[0]]
-    simulation = neutral = hypothesis.simulation.extended((direction.mechanism,))
-    sizes = np.zeros(len(projected.visible))
-    sizes[group[0]] = projected.scale[1 + shared + group[0]]
-    room = -(sizes @ projected.followed) / projected.scale[1 : 1 + shared]
-    step = min(1.0, _limit_step(parent, room, limits), _room_within_bounds(parent, room))
-    if not step > 0.0:
-        return None
-    values = np.array([one.value for one in simulation.parameters])
-    values[hypothesis.sensitivity.free] += share * step * room * hypothesis.sensitivity.scale
-    for k, one in enumerate(simulation.parameters):
-        if one.mechanism == direction.mechanism and one.declared.name in direction.shapes:
-            values[k] = direction.shapes[one.declared.name]
-        elif one.mechanism == direction.mechanism and one.declared.name == direction.name:
-            values[k] += share * step * direction.scale
-    fixed_parameters = set(hypothesis.fixed_parameters) | _list_fixed(
-        hypothesis.simulation, simulation, {direction.mechanism: direction.form}
-    )
-    return Candidate(
-        mechanisms=(*hypothesis.mechanisms, direction.mechanism), simulation=clip_to_bounds(simulation, values),
-        starts=hypothesis.starts, fixed_parameters=frozenset(fixed_parameters), neutral=neutral, parent=hypothesis,
-        form=direction.form,
     )  # fmt: skip
 
 
@@ -271,13 +275,19 @@ def _make_room(
 
     It is zero where the directions are not nearly collinear with the set's own parameters.
     """
+    projected, chosen = parent.projected, np.asarray(group)
+    if projected.visible[chosen].max() > limits.collinear_share:
+        return np.zeros(len(parent.hypothesis.shared))
+    return _follow(parent, group, np.where(projected.usable[chosen], steps, 0.0))
+
+
+def _follow(parent: TestedHypothesis, group: Sequence[int], steps: FloatArray) -> FloatArray:
+    """Return by how much the set's own parameters move against `steps` (g,) along directions, scaled (p,)."""
     projected, shared = parent.projected, len(parent.hypothesis.shared)
     chosen = np.asarray(group)
-    if projected.visible[chosen].max() > limits.collinear_share:
-        return np.zeros(shared)
-    sizes = np.where(projected.usable[chosen], steps, 0.0) * projected.scale[1 + shared + chosen]
-    room: FloatArray = -(sizes @ projected.followed[chosen]) / projected.scale[1 : 1 + shared]
-    return room
+    sizes = steps * projected.scale[1 + shared + chosen]
+    moved: FloatArray = -(sizes @ projected.followed[chosen]) / projected.scale[1 : 1 + shared]
+    return moved
 
 
 def _limit_step(parent: TestedHypothesis, room: FloatArray, limits: SearchThresholds) -> float:

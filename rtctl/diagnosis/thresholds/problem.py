@@ -39,6 +39,9 @@ class ProblemThresholds:
     quantization_contrast: float = 0.5
     """Largest value of the function between a quarter and three quarters of that frequency, as a share of the peak:
     readings at rest give a slope down from 1 and no peak."""
+    quantization_coarser: float = 1.5
+    """Ratio of a step below noise to that of a grid on which all readings lie, above which the step is another
+    converter's; else both are one, which the grid gives exactly."""
     quantization_least_levels: int = 6
     """Steps in the range of the readings at least: two wells or a few settled values lie about a grid by chance."""
     quantization_least_readings: int = 200

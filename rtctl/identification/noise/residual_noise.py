@@ -71,7 +71,10 @@ class NoiseModel(NamedTuple):
         return self._replace(variance=times * self.variance, others=others)
 
     def whiten(self, series: FloatArray) -> FloatArray:
-        """Whiten a series (..., n): variance 1 from the first sample on, the slow part removed."""
+        """Whiten a series (..., n): variance 1, slow and resonant parts removed.
+
+        It is 1 from the first sample on, but for a resonant part, which begins as if there had been no noise before.
+        """
         order = len(self.coefficients)
         kernel = np.append(1.0, self.coefficients) / np.sqrt(self.variance or 1.0)
         if order <= MAX_DIRECT_ORDER:

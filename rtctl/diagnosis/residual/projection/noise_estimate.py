@@ -5,7 +5,7 @@ Reference: H. D. Patterson, R. Thompson, Biometrika 58 (1971) 545, here by expec
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -46,45 +46,64 @@ def estimate_noise(
             white then, as the colour of what the directions leave would be that of their hole.
         thresholds: Number of iterations, and what is round-off.
     """
-    outputs = rows[0].residual.shape[0]
-    groups = group_by_period([row.period_s for row in rows])
-    samples = [sum(rows[k].residual.shape[1] for k in group) for group in groups]
-    models = _start_with_peak(rows, groups, resonances, thresholds)
-    known = bool(models)
-    models = models or [NoiseModel(np.empty(0), 1.0)] * outputs
-    for turn in range(known, thresholds.noise_iterations + slow + known):
-        split = [row.split_off_own(models, thresholds) for row in rows]
+    white = [NoiseModel(np.empty(0), 1.0)] * rows[0].residual.shape[0]
+    split = _split(rows, white, thresholds)
+    models = _start_with_peak(rows, split, resonances, thresholds)
+    is_sized = bool(models)  # the unit of white noise of 1 is not that of the noise
+    if is_sized:
+        split = _split(rows, models, thresholds)
+    turns = thresholds.noise_iterations + slow
+    for turn in range(turns):
         taken, half = solve_least_squares(np.sum([part.gram for part in split], axis=0))
         weights = np.append(1.0, -taken)[None]
-        if turn > 0:  # the first model's unit is not that of the noise
+        if is_sized:
             weights = np.vstack((weights, np.pad(half, ((0, 0), (1, 0)))))
-        models = []
-        for o in range(outputs):
-            series = [
-                _known_series(row, part, weights, o, whole=turn > 0)
-                for row, part in zip(rows, split, strict=True)
-            ]
-            if only_adds and turn == 0:
-                models.append(_white(series, len(half)))
-                continue
-            by_period = [
-                fit_noise_in_parts(
-                    [series[k] for k in group],
-                    rows[group[0]].period_s,
-                    resonances if turn > 0 else (),
-                    slow=slow and turn > 0,
-                )._replace(period_s=rows[group[0]].period_s)
-                for group in groups
-            ]
-            if only_adds:
-                by_period = [without_hole(model) for model in by_period]
-            models.append(combine_models(by_period, samples))
+        series = _series_by_output(rows, split, weights, whole=is_sized)
+        if is_sized or not only_adds:
+            looked_for = (resonances, slow) if is_sized else ((), False)
+            models = [_fit_by_period(rows, one, *looked_for, only_adds=only_adds) for one in series]
+        else:
+            models = [_white(one, len(half)) for one in series]
+        is_sized = True
+        if turn < turns - 1:
+            split = _split(rows, models, thresholds)
     return models
+
+
+def _split(
+    rows: Sequence[RecordRows], models: Sequence[NoiseModel], thresholds: ResidualThresholds
+) -> list[RecordProjection]:
+    return [row.split_off_own(models, thresholds) for row in rows]
+
+
+def _series_by_output(
+    rows: Sequence[RecordRows], split: Sequence[RecordProjection], weights: FloatArray, *, whole: bool
+) -> Iterator[list[FloatArray]]:
+    """Yield for each output what its noise is estimated from, by record, see `_known_series`."""
+    for output in range(rows[0].residual.shape[0]):
+        yield [
+            _known_series(row, part, weights, output, whole=whole)
+            for row, part in zip(rows, split, strict=True)
+        ]
+
+
+def _fit_by_period(
+    rows: Sequence[RecordRows], series: Sequence[FloatArray], resonances: Sequence[Resonance], slow: bool,
+    *, only_adds: bool,
+) -> NoiseModel:  # fmt: skip
+    """Fit the noise of one output, one model for each sample period of the records."""
+    groups = group_by_period([row.period_s for row in rows])
+    models = []
+    for group in groups:
+        period_s = rows[group[0]].period_s
+        found = fit_noise_in_parts([series[k] for k in group], period_s, resonances, slow=slow)
+        models.append((without_hole(found) if only_adds else found)._replace(period_s=period_s))
+    return combine_models(models, [sum(rows[k].residual.shape[1] for k in group) for group in groups])
 
 
 def _start_with_peak(
     rows: Sequence[RecordRows],
-    groups: Sequence[Sequence[int]],
+    split: Sequence[RecordProjection],
     resonances: Sequence[Resonance],
     thresholds: ResidualThresholds,
 ) -> list[NoiseModel]:
@@ -92,32 +111,17 @@ def _start_with_peak(
 
     All directions together take whatever lies in a narrow peak, and nothing would be left to see it by. What is wrong
     with a model is along one or two of them; a noise is along none. So those are taken out of the residual that take
-    most of it.
+    most of it. `split` is that of white noise.
     """
     if not resonances:
         return []
-    outputs = rows[0].residual.shape[0]
-    white = [NoiseModel(np.empty(0), 1.0)] * outputs
-    split = [row.split_off_own(white, thresholds) for row in rows]
     gram = np.sum([part.gram for part in split], axis=0)
     chosen = _main_directions(gram, len(rows[0].shared), sum(row.residual.size for row in rows), thresholds)
     taken, _ = solve_least_squares(gram[np.ix_([0, *chosen], [0, *chosen])])
     weights = np.zeros((1, len(gram)))
     weights[0, [0, *chosen]] = np.append(1.0, -taken)
-    models: list[NoiseModel] = []
-    for o in range(outputs):
-        series = [
-            _known_series(row, part, weights, o, whole=False) for row, part in zip(rows, split, strict=True)
-        ]
-        by_period = [
-            fit_noise_in_parts(
-                [series[k] for k in group], rows[group[0]].period_s, resonances, slow=False
-            )._replace(period_s=rows[group[0]].period_s)
-            for group in groups
-        ]
-        models.append(
-            combine_models(by_period, [sum(rows[k].residual.shape[1] for k in group) for group in groups])
-        )
+    series = _series_by_output(rows, split, weights, whole=False)
+    models = [_fit_by_period(rows, one, resonances, slow=False, only_adds=False) for one in series]
     return models if any(one.resonant for model in models for one in (model, *model.others)) else []
 
 
