@@ -21,6 +21,7 @@ from pymodbus.pdu import DecodePDU
 from plant_sim.wire.faulty_wire import FaultyWire
 from plant_sim.wire.modbus_pdu import answer
 from plant_sim.wire.register_file import RegisterFile
+from plant_sim.wire.tcp_port import listening
 
 UNIT = 1
 SILENCE_S = 0.02
@@ -113,42 +114,18 @@ class TcpConnection(asyncio.Protocol):
         return b"".join(replies)
 
 
-class Refused(asyncio.Protocol):
-    """A connection that is broken at once."""
-
-    def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """See `asyncio.Protocol`."""
-        assert isinstance(transport, asyncio.Transport)
-        transport.abort()
-
-
 @asynccontextmanager
 async def serve_tcp(
     registers: RegisterFile, host: str, port: int, faults: FaultyWire | None = None
 ) -> AsyncIterator[int]:
     """Answer on `host:port` while the block runs; yields the port (0 asks for a free one). Raises OSError."""
     connections: set[TcpConnection] = set()
-    loop = asyncio.get_running_loop()
-    refused_until_s = 0.0
+
+    def transports() -> list[asyncio.Transport]:
+        return [one.transport for one in connections if one.transport is not None]
 
     def connected() -> asyncio.Protocol:
-        if loop.time() < refused_until_s:
-            return Refused()
         return TcpConnection(registers, connections, faults)
 
-    def hang_up(duration_s: float) -> None:
-        nonlocal refused_until_s
-        refused_until_s = loop.time() + duration_s
-        for connection in list(connections):
-            if connection.transport is not None:
-                connection.transport.abort()
-
-    if faults is not None:
-        faults.hang_up.append(hang_up)
-    server = await loop.create_server(connected, host, port)
-    try:
-        yield server.sockets[0].getsockname()[1]
-    finally:
-        server.close()
-        hang_up(0.0)
-        await server.wait_closed()
+    async with listening(host, port, connected, transports, faults) as bound:
+        yield bound

@@ -83,7 +83,7 @@ def serve(  # noqa: PLR0913
         InputError: There is no such device, or the wire cannot be opened.
     """
     from rtctl.scenario.serving import ServedAt, ServedFaults, read_faults
-    from rtctl.wiring import serve_plant
+    from rtctl.wiring_served import serve_plant
 
     paths = {"rtu_path": rtu_path, "serial_path": serial_path, "journal": journal}
     where = ServedAt(

@@ -12,7 +12,7 @@ from drivers.scpi.ports import serial_place
 from plant_sim.wire.serve import Wires, served
 from rtctl.border.errors import DriverError, Fault
 from rtctl.scenario.serving import read_faults
-from rtctl.wiring import build_bench
+from rtctl.wiring_served import build_bench
 
 pytestmark = pytest.mark.wire
 

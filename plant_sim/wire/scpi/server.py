@@ -9,8 +9,8 @@ from contextlib import asynccontextmanager, contextmanager, suppress
 from typing import Protocol
 
 from plant_sim.wire.faulty_wire import FaultyWire
-from plant_sim.wire.modbus_server import Refused
 from plant_sim.wire.pty_server import BITS_A_BYTE
+from plant_sim.wire.tcp_port import listening
 
 LONGEST_LINE = 1 << 16
 
@@ -111,31 +111,16 @@ async def serve_lines_tcp(
     """Answer on `host:port` while the block runs; yields the port (0 asks for a free one). Raises OSError."""
     turn = asyncio.Lock()
     lines: dict[asyncio.Transport, _Conversation] = {}
-    loop = asyncio.get_running_loop()
-    refused_until_s = 0.0
 
     async def answer(line: str) -> str:
         async with turn:  # a second client waits until a reading is taken
             return await instrument.answer(line)
 
     def connected() -> asyncio.Protocol:
-        return Refused() if loop.time() < refused_until_s else _TcpLine(answer, lines, faults)
+        return _TcpLine(answer, lines, faults)
 
-    def hang_up(duration_s: float = 0.0) -> None:
-        nonlocal refused_until_s
-        refused_until_s = loop.time() + duration_s
-        for transport in list(lines):
-            transport.abort()
-
-    if faults is not None:
-        faults.hang_up.append(hang_up)
-    server = await loop.create_server(connected, host, port)
-    try:
-        yield server.sockets[0].getsockname()[1]
-    finally:
-        server.close()
-        hang_up()
-        await server.wait_closed()
+    async with listening(host, port, connected, lambda: lines, faults) as bound:
+        yield bound
 
 
 @contextmanager

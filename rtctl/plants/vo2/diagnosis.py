@@ -28,34 +28,28 @@ from rtctl.diagnosis.problem.subject import (
     Levels,
     Reader,
     Records,
-    RefittedParts,
     Signals,
     Subject,
 )
-from rtctl.hysteresis.preisach.model import PreisachModel
 from rtctl.identification.vo2.coarse_loops import (
     UNITS,
-    LoopResolution,
-    Samples,
     collect_loops,
     describe_improvement,
     find_coarse_loops,
-    refit_loop,
 )
-from rtctl.identification.vo2.identify import compute_quality
 from rtctl.identification.vo2.staircase import estimate_static_noise
 from rtctl.measured.dataset import Dataset
 from rtctl.models.derived.vo2 import derive_vo2
 from rtctl.models.vo2 import NOMINAL_TIME_CONSTANT_S, Vo2Model, read_model, write_model
 from rtctl.plants.vo2.initial_temperature import find_initial_temperature
-from rtctl.plants.vo2.log_resistance import LOG_RESISTANCE, LogReading, floor_of, log_above
+from rtctl.plants.vo2.log_resistance import LOG_RESISTANCE, LogReading, floor_of, log_above, without_logarithm
 from rtctl.plants.vo2.loops_picture import draw_coarse_loops
+from rtctl.plants.vo2.refitted_loops import refit_parts
 from rtctl.plants.vo2.rehearsal import rehearse_sensing
 from rtctl.simulations.vo2 import MECHANISMS
 from rtctl.simulations.vo2.extending import extended_model as with_extensions
 from rtctl.simulations.vo2.nominal import CORRECTIONS
 from rtctl.simulations.vo2.nonparametric import UNNAMED
-from rtctl.simulations.vo2.simulation import Vo2Simulation
 
 SLOW = (5.0, 25.0, 125.0)
 """Times the heating's time constant: of averages over the past."""
@@ -242,10 +236,6 @@ def _to_comparable(simulation: Simulation, records: Records) -> tuple[Simulation
     return LogReading(plain=simulation, floor=floor), readings
 
 
-def _from_comparable(simulation: Simulation) -> Simulation:
-    return simulation.plain if isinstance(simulation, LogReading) else simulation
-
-
 def _doubt(model: Vo2Model) -> str:
     """Return a sentence where the identification wrote that its static loops are not those of a device at rest."""
     return NOT_TRUSTED if model.provenance.get("trusted") == "false" else ""
@@ -272,72 +262,6 @@ def _stated_misfit(model: Vo2Model, dataset: Dataset) -> dict[str, float]:
         )
         for name, predicted in elsewhere.items()
     }
-
-
-class _RefittedLoops(NamedTuple):
-    """Read-outs learned anew, and what showed that it was needed."""
-
-    coarse: Mapping[str, LoopResolution]
-    loops: Mapping[str, PreisachModel]
-
-    def __call__(self, simulation: Simulation, /) -> Simulation:
-        """Return `simulation` with these read-outs."""
-        if isinstance(simulation, LogReading):
-            return replace(simulation, plain=self(simulation.plain))
-        assert isinstance(simulation, Vo2Simulation)
-        return replace(simulation, model=_with_loops(simulation.model, self.coarse, self.loops))
-
-
-def _refit_parts(
-    coarse: Mapping[str, LoopResolution],
-    hypothesis: FittedModel,
-    problem: FittedRecords,
-    report: Callable[[str], None],
-) -> RefittedParts:
-    """Refit the loops to the fitted records too: the loops along their temperatures, less the fit's residual."""
-    plain = VO2.from_comparable(hypothesis.simulation)
-    assert isinstance(plain, Vo2Simulation)
-    samples: dict[str, list[Samples]] = {output: [] for output in coarse}
-    names = {"resistance": LOG_RESISTANCE}
-    for index, record in enumerate(problem.records):
-        values = hypothesis.values_of(index)
-        run = hypothesis.simulation.predict(record.stimulus, values, None, problem.steps_per_period)
-        for output, found in samples.items():
-            name = names.get(output, output)
-            if name not in record.measured:
-                continue
-            path = plain.loop_path(record.stimulus, values, problem.steps_per_period, output)
-            off = run.outputs[name][0] - record.measured[name]
-            y = np.zeros(len(path.v))
-            y[path.sampled] = path.reading + off if output == "resistance" else path.deflection - off
-            scored = np.zeros(len(path.v), dtype=bool)
-            scored[path.sampled[record.first :]] = True
-            found.append(Samples(path.v, y, scored))
-    loops = {}
-    for output, found in samples.items():
-        report(f"the static loops, learned anew: {output}")
-        problem.cancellation.raise_if_cancelled()
-        loops[output] = refit_loop(coarse[output], found)
-    return _RefittedLoops(coarse, loops)
-
-
-def _with_loops(
-    model: Vo2Model, coarse: Mapping[str, LoopResolution], loops: Mapping[str, PreisachModel]
-) -> Vo2Model:
-    """`model` with other read-outs by output, and what they leave of the staircases."""
-    for output, read in loops.items():
-        v, y, scored = coarse[output].staircases
-        left, name = (y - read.simulate(v))[scored], f"{output}_preisach"
-        error = "reading_error" if output == "resistance" else "deflection_error"
-        old = model.quality.get(name)
-        quality = {} if old is None else {name: compute_quality(left, old.unit, old.range)}
-        changed: dict[str, Any] = {
-            name: read,
-            error: float(left.std()),
-            "quality": {**model.quality, **quality},
-        }
-        model = replace(model, **changed)
-    return model
 
 
 def _resistance_rms(records: Records) -> float:
@@ -381,10 +305,10 @@ VO2 = Subject(
     steps_per_period=8.0,
     screening_samples=12_000,
     to_comparable=_to_comparable,
-    from_comparable=_from_comparable,
+    from_comparable=without_logarithm,
     find_coarse_parts=find_coarse_loops,
     find_identified_parts=collect_loops,
-    refit_parts=_refit_parts,
+    refit_parts=refit_parts,
     session_corrections={name: float(declared.default or 0.0) for name, declared in CORRECTIONS.items()},
     output_offsets={"deflection": "deflection_offset"},
     offset_mechanism="",

@@ -94,3 +94,8 @@ def floor_of(records: Sequence[FloatArray]) -> float:
     noise = float(np.median(np.abs(np.concatenate(steps)))) / (QUARTILE * np.sqrt(6.0)) if steps else 0.0
     least = -min(float(one.min()) for one in records)
     return max(0.5 * noise / RELATIVE_ERROR, least, SMALLEST * float(np.median(np.concatenate(records))))
+
+
+def without_logarithm(simulation: Simulation) -> Simulation:
+    """Return the simulation inside a `LogReading`; any other one as it is."""
+    return simulation.plain if isinstance(simulation, LogReading) else simulation

@@ -15,7 +15,7 @@ from typing import Any
 from rtctl.border.errors import InputError
 from rtctl.scenario.serving import ServedAt, ServedFaults
 from rtctl.session.bench.account import Accounted, bench_account
-from rtctl.wiring import build_bench, serve_bench
+from rtctl.wiring_served import build_bench, serve_bench
 
 PR_SET_PDEATHSIG = 1
 """prctl: the signal that a process gets when its parent ends (linux/prctl.h)."""

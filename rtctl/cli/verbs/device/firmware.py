@@ -21,7 +21,7 @@ def run(args: argparse.Namespace) -> int:
     """Run the verb."""
     from rtctl.border.errors import InputError
     from rtctl.cli.options import output_folder, print_json
-    from rtctl.wiring import write_firmware
+    from rtctl.wiring_served import write_firmware
 
     folder = output_folder(args.out)
     if folder.exists() and any(folder.iterdir()) and not args.force:
