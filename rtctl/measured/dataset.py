@@ -61,6 +61,8 @@ class Record:
     """Use: "identify" | "fit" | "test"."""
     file: str = ""
     """Name of its file in the manifest."""
+    group: str | None = None
+    """Group of the file that has its columns; None: the file itself."""
     ignore_first: int = 0
     """Samples that prepare the state and are not scored."""
     repeat: str | None = None

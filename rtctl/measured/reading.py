@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 from collections import Counter
 from collections.abc import Callable
@@ -90,14 +91,21 @@ def read_record(reading: Reading, k: int, name: str) -> Record | None:
 
 
 def record_names(records: tuple[RecordTable, ...]) -> list[str]:
-    """Return each record's own name, or its file's without suffix; the rows are added where several share a file."""
+    """Return each record's own name, or its file's without suffix; group and rows follow where several share a file."""
     stems = [Path(Path(record.file).name.removesuffix(".gz")).stem for record in records]
     names = []
     for record, stem in zip(records, stems, strict=True):
-        shared = stems.count(stem) > 1 and record.rows is not None
-        default = f"{stem}_{record.rows[0]}-{record.rows[1]}" if shared and record.rows else stem
+        default = stem
+        if stems.count(stem) > 1:
+            default += "" if record.group is None else f"_{_as_file_name(record.group)}"
+            default += "" if record.rows is None else f"_{record.rows[0]}-{record.rows[1]}"
         names.append(record.name or default)
     return names
+
+
+def _as_file_name(group: str) -> str:
+    """Return the path of a group as a part of a file's name: `rec(2)` as rec2, `day 1/run` as day-1-run."""
+    return re.sub(r"\W+", "-", re.sub(r"[(){}]", "", group)).strip("-") or "group"
 
 
 def _begin(path: Path) -> tuple[Reading, list[str]]:
@@ -156,7 +164,7 @@ def _find_never_measured(reading: Reading, measured: Callable[[str], bool]) -> N
             available = {
                 other
                 for entry in reading.manifest.records
-                for other in reading.cache.table(reading.folder / entry.file).columns
+                for other in reading.cache.names(reading.folder / entry.file, entry.group)
             }
             what = (
                 "is NaN throughout" if column in available else f"is in no file{nearest(column, available)}"

@@ -64,14 +64,34 @@ class Reading:
 
     def present(self, entry: RecordTable) -> dict[str, str]:
         """Return the column of each signal that the record's file has to have, or has."""
-        columns = self.cache.table(self.folder / entry.file).columns
+        known = self.cache.names(self.folder / entry.file, entry.group)
         named = {
             name: table.parts[0] if table.parts else table.column or name
             for name, table in self.manifest.signals.items()
         }
         return {
-            name: column for name, column in named.items() if column in columns or not self.is_optional(name)
+            name: self.column(entry, column)
+            for name, column in named.items()
+            if column in known or not self.is_optional(name)
         }
+
+    def column(self, entry: RecordTable, name: str) -> str:
+        """Return the column of the file that has a name in the record's group."""
+        return self.cache.named(self.folder / entry.file, entry.group, name)
+
+    def time_column(self, entry: RecordTable) -> str | None:
+        """Return the column of the record's time; None: it has none."""
+        return None if entry.time is None else self.column(entry, entry.time)
+
+    def opens(self, entry: RecordTable, where: str) -> bool:
+        """Return whether the record's file can be read and has its group; what is wrong becomes a finding."""
+        path = self.folder / entry.file
+        before = len(self.findings.lines)
+        with self.findings.under(where):
+            for remark in self.cache.table(path).remarks:
+                self.findings.remark(f"{where}: {remark}")
+            self.cache.names(path, entry.group)
+        return len(self.findings.lines) == before
 
     def file_unit(self, signal: str) -> str | None:
         """Return the unit that the signal's column should have; None: it holds counts, which the manifest scales."""
@@ -85,7 +105,9 @@ class Reading:
 
     def where(self, k: int) -> str:
         """Return the record's place in the manifest, for messages."""
-        return f'records.{k} "{self.manifest.records[k].file}"'
+        entry = self.manifest.records[k]
+        group = "" if entry.group is None else f' group "{entry.group}"'
+        return f'records.{k} "{entry.file}"{group}'
 
 
 def check_record(reading: Reading, k: int) -> bool:
@@ -94,13 +116,11 @@ def check_record(reading: Reading, k: int) -> bool:
     Findings are about its file, columns, units, lengths and state.
     """
     entry, where = reading.manifest.records[k], reading.where(k)
-    path, findings = reading.folder / entry.file, reading.findings
+    findings = reading.findings
     before = len(findings.lines)
-    with findings.under(where):
-        for remark in reading.cache.table(path).remarks:
-            findings.remark(f"{where}: {remark}")
+    opened = reading.opens(entry, where)
     _initial(reading, entry, where)
-    if path not in reading.cache:
+    if not opened:
         return False
     lengths = _checked_lengths(reading, entry, where)
     if len(findings.lines) == before:
@@ -122,11 +142,12 @@ def read_record(reading: Reading, k: int, name: str) -> Record | None:
         if time is not None and entry.time is not None:
             unit = _time_unit(reading, entry)
             span_s = float(time.time_s[-1] - time.time_s[0])
-            if remark := remark_on_period(period_s, span_s, unit, entry.time):
+            if remark := remark_on_period(period_s, span_s, unit, reading.time_column(entry) or ""):
                 reading.findings.remark(remark if unit.source else f"{where}: {remark}")  # once for all files
         return Record(
             name=name,
             file=entry.file,
+            group=entry.group,
             period_s=period_s,
             use=entry.use,
             signals={reading.held_name(signal): values for signal, values in signals.items()},
@@ -158,7 +179,7 @@ def _checked_lengths(reading: Reading, entry: RecordTable, where: str) -> dict[s
     if entry.time is not None:
         with findings.under(f"{where}, key time"):
             _time_unit(reading, entry)
-            lengths["time"] = _selected(cache.rows(path, entry.time), entry)
+            lengths["time"] = _selected(cache.rows(path, reading.column(entry, entry.time)), entry)
     return lengths
 
 
@@ -202,7 +223,7 @@ def stated_period(reading: Reading, entry: RecordTable) -> float:
 
 def _time_unit(reading: Reading, entry: RecordTable) -> TimeUnit:
     """Return the unit of the record's time column. Raises ValueError where file and manifest differ."""
-    name = entry.time or ""
+    name = reading.time_column(entry) or ""
     stated = reading.cache.stated_unit(reading.folder / entry.file, name)
     return choose_time_unit(entry.time_unit, stated, name)
 
@@ -258,8 +279,9 @@ def _columns(
         return columns, None
     with reading.findings.under(f"{where}, key time"):
         first, last = entry.rows or (0, None)
-        raw = cache.raw(path, entry.time, first, last)
-        return columns, seconds(raw, _time_unit(reading, entry), entry.time, first)
+        name = reading.column(entry, entry.time)
+        raw = cache.raw(path, name, first, last)
+        return columns, seconds(raw, _time_unit(reading, entry), name, first)
     return columns, None
 
 
@@ -286,20 +308,21 @@ def _on_time_base(
     reading: Reading, entry: RecordTable, signals: dict[str, FloatArray], time: TimeColumn | None
 ) -> tuple[float, dict[str, FloatArray]]:
     """Return the period [s] and the signals on it. Raises ValueError in words."""
-    if time is None or entry.time is None:
+    name = reading.time_column(entry)
+    if time is None or name is None:
         return stated_period(reading, entry), signals
     first = entry.first_row
     if not entry.resample:
-        period_s = uniform_period(time.time_s, entry.time, first, time.resolution_s)
+        period_s = uniform_period(time.time_s, name, first, time.resolution_s)
         for column in reading.present(entry).values():
             stated = reading.cache.period_s(reading.folder / entry.file, column)
             check_stated_period(stated, column, 1.0 / period_s, in_manifest=False)
         return period_s, signals
-    grid = resampling_grid(time.time_s, entry.time, first)
+    grid = resampling_grid(time.time_s, name, first)
     tables = reading.manifest.signals
     moved = {
-        name: resampled(values, time.time_s, grid, held=tables[name].hold == "zero")
-        for name, values in signals.items()
+        signal: resampled(values, time.time_s, grid, held=tables[signal].hold == "zero")
+        for signal, values in signals.items()
     }
     return float(grid[1] - grid[0]), moved
 

@@ -73,6 +73,8 @@ class RecordSummary:
     name: str
     use: str
     file: str
+    group: str | None = None
+    """Group of the file; None: the file itself."""
     rows: int
     first_row: int
     """Row of the file at which it begins."""
@@ -111,7 +113,8 @@ def summarise(dataset: Dataset, sources: Mapping[str, Source] | None = None) -> 
     matched = tables if len(tables) == len(dataset.records) else (None,) * len(dataset.records)
     records = tuple(
         RecordSummary(
-            name=one.name, use=one.use, file=one.file, rows=one.samples // 2 if one.is_sweep else one.samples,
+            name=one.name, use=one.use, file=one.file, group=one.group,
+            rows=one.samples // 2 if one.is_sweep else one.samples,
             first_row=table.first_row if table else 0, ignore_first=one.ignore_first,
             rate_hz=None if one.is_sweep else 1.0 / one.period_s,
             duration_s=None if one.is_sweep else one.samples * one.period_s,
@@ -138,7 +141,8 @@ def signal_rows(summary: Summary) -> list[list[str]]:
 def record_rows(summary: Summary) -> list[list[str]]:
     """Return the table of records, columns as in `RECORD_HEADERS`."""
     return [
-        [one.name, one.use + (f", from sample {one.ignore_first}" if one.ignore_first else ""), one.file or "–",
+        [one.name, one.use + (f", from sample {one.ignore_first}" if one.ignore_first else ""),
+         (one.file or "–") + (f": {one.group}" if one.group else ""),
          str(one.rows), str(one.first_row),
          *("–" if value is None else f"{value:.6g} {unit}"
            for value, unit in ((one.rate_hz, "Hz"), (one.duration_s, "s"))), one.gaps]
@@ -195,7 +199,7 @@ def _sources(dataset: Dataset, manifest: Manifest) -> dict[str, Source]:
         for record in manifest.records:
             path = dataset.path.parent / record.file
             try:
-                stated = cache.stated_unit(path, column)
+                stated = cache.stated_unit(path, cache.named(path, record.group, column))
                 break
             except ValueError:  # an instrument that was not there
                 continue

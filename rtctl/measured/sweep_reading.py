@@ -35,14 +35,12 @@ def check_sweep(reading: Reading, k: int) -> bool:
     before = len(findings.lines)
     with findings.under(where):
         _check_plant(reading)
-        for remark in cache.table(path).remarks:
-            findings.remark(f"{where}: {remark}")
-    if path not in cache or len(findings.lines) > before:
+    if not reading.opens(entry, where) or len(findings.lines) > before:
         return False
     lengths = {}
     for column, unit in _columns(reading, entry).items():
         with findings.under(where):
-            lengths[column] = cache.length(path, column, unit)
+            lengths[column] = cache.length(path, reading.column(entry, column), unit)
     with findings.under(where):
         _check_amplitude(reading, entry)
     if len(findings.lines) > before:
@@ -67,13 +65,17 @@ def read_sweep(reading: Reading, k: int, name: str) -> Record | None:
         return None
     for signal, table in reading.manifest.signals.items():
         with reading.findings.under(where):
-            if table.role == "output" and table.parts[0] in reading.present(entry).values():
+            if (
+                table.role == "output"
+                and reading.column(entry, table.parts[0]) in reading.present(entry).values()
+            ):
                 signals[reading.held_name(signal)] = _response(reading, entry, signal, signals["drive"])
     if len(reading.findings.lines) > before:
         return None
     return Record(
         name=name,
         file=entry.file,
+        group=entry.group,
         period_s=SWEEP_PERIOD_S,
         use=entry.use,
         signals=signals,
@@ -116,7 +118,7 @@ def _columns(reading: Reading, entry: RecordTable) -> dict[str, str | None]:
 def _drive_column(reading: Reading, entry: RecordTable, signal: str) -> str | None:
     """Return the column of the drive's amplitude; None: the file has none, or the manifest gives it."""
     column = reading.manifest.signals[signal].column or signal
-    known = column in reading.cache.table(reading.folder / entry.file).columns
+    known = column in reading.cache.names(reading.folder / entry.file, entry.group)
     return column if known and entry.drive_amplitude is None else None
 
 
@@ -146,17 +148,18 @@ def _check_lengths(lengths: dict[str, int], entry: RecordTable) -> None:
 
 def _numbers(reading: Reading, entry: RecordTable, column: str, unit: str | None) -> FloatArray:
     first, end = entry.rows or (0, None)
-    values = reading.cache.column(reading.folder / entry.file, column, unit, first, end)
-    check_finite(values, column, first)
+    name = reading.column(entry, column)
+    values = reading.cache.column(reading.folder / entry.file, name, unit, first, end)
+    check_finite(values, name, first)
     return values
 
 
 def _frequencies(reading: Reading, entry: RecordTable) -> FloatArray:
     """Return the frequencies (n,) [Hz], rising or falling. Raises ValueError in words."""
-    column = str(entry.frequency)
+    column = reading.column(entry, str(entry.frequency))
     stated = reading.cache.stated_unit(reading.folder / entry.file, column)
     values = convert_column(
-        _numbers(reading, entry, column, None), entry.frequency_unit or stated or "Hz", "Hz"
+        _numbers(reading, entry, str(entry.frequency), None), entry.frequency_unit or stated or "Hz", "Hz"
     )
     first = entry.first_row
     bad = np.flatnonzero(values <= 0.0)

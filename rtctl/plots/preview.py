@@ -85,12 +85,13 @@ def _detail(summary: Summary) -> str:
 
 
 def _placed(records: Sequence[Record], rows: Sequence[RecordSummary]) -> list[Placed]:
-    """Return the records on one axis: those of one file where they are in it, files one after the other."""
+    """Return the records on one axis: those of one file, or group, where they are in it, files after each other."""
     found: list[Placed] = []
-    base_s, end_s, file = 0.0, 0.0, ""
+    base_s, end_s = 0.0, 0.0
+    place: tuple[str, str | None] = "", None
     for record, row in zip(records, rows, strict=True):
-        if row.file != file or not file:
-            base_s, file = end_s, row.file
+        if (row.file, row.group) != place or not row.file:
+            base_s, place = end_s, (row.file, row.group)
         start_s = base_s + row.first_row * record.period_s if row.file else end_s
         overlap = int(max(0.0, round((end_s - start_s) / record.period_s))) if found else 0
         found.append(Placed(record, start_s, min(overlap, record.samples - 1)))
@@ -186,11 +187,14 @@ def _label(axes: np.ndarray[tuple[int, ...], np.dtype[np.object_]], dataset: Dat
     for use in uses:
         axes[0][1].plot([], [], color=COLORS[use], label=names[use])
     axes[0][1].legend(**ABOVE)
-    several = len({one.file for one in dataset.records}) > 1
+    files = {one.file for one in dataset.records}
+    several = (
+        "files" if len(files) > 1 else "groups" if len({one.group for one in dataset.records}) > 1 else ""
+    )
     first = dataset.records[0].name
     axes[-1][0].set_xlabel(f"time [s]: the beginning of {first}")
     axes[-1][0].set_xlim(0.0, window_s)
-    axes[-1][1].set_xlabel("time [s], files one after the other" if several else "time [s]")
+    axes[-1][1].set_xlabel(f"time [s], {several} one after the other" if several else "time [s]")
     end_s = max(one.start_s + one.record.samples * one.record.period_s for one in placed)
     axes[-1][1].set_xlim(min(one.start_s for one in placed), end_s)
     axes[-1][2].set_xlabel("frequency [Hz]")

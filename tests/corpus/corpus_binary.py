@@ -169,6 +169,25 @@ def uff(unit: str = "mm", **options: Any) -> Write:
     )
 
 
+def runs(path: Path, wrong: float = 1.0) -> None:
+    """An HDF5 file of two runs, each with its own time; that of the first is of another rate."""
+    with h5py.File(path, "w") as file:
+        for name, period in (("a", 2.0), ("b", wrong)):
+            for key, values in (("t", period * T), ("u", U), ("x", X)):
+                file[f"{name}/{key}"] = values
+                file[f"{name}/{key}"].attrs["units"] = IN_MM[key]
+
+
+def structs(*periods: float) -> np.ndarray:
+    """An array of structs, one a record, each with its own time."""
+    kinds = [("time_s", object), ("u_V", object), ("x_mm", object)]
+    return np.array([(period * T, U, X) for period in periods], dtype=kinds)
+
+
+OF_B = {"inputs": "b/u", "outputs": {"displacement": "b/x"}}
+OF_2 = {"inputs": "rec(2).u_V", "outputs": {"displacement": "rec(2).x_mm"}}
+AXES_APART = np.array([(T, U), (2.0 * T, X)], dtype=[("t_s", object), ("y", object)])
+
 UM = {"t": {"units": "s"}, "u": {"units": "V"}}
 GAPS = np.where(np.arange(ROWS) == 300, np.nan, X)
 MATRIX = np.column_stack([T, U, X])
@@ -188,6 +207,9 @@ HDF5 = (
     Situation("HDF5 with a gain in its own words", hdf5(UM | {"x": {"units": "mm", "gain": 2.0}}), Right(remark="gain")),
     Situation("HDF5 with a scale of zero", hdf5(UM | {"x": {"units": "mm", "scale_factor": 0.0}}), refused("r.h5", "x", "scale_factor of 0")),
     Situation("HDF5 in groups", hdf5(t=None, u=None, x=None, **{"run/t": T, "run/u": U, "run/x": X}), RIGHT, {"inputs": "run/u:V", "outputs": {"displacement": "run/x:mm"}, "time": "run/t:s"}),
+    Situation("HDF5 of two runs, one of them named", made("r.h5", runs), RIGHT, OF_B),
+    Situation("HDF5 with the time in a group apart", hdf5(t=None, **{"axis/time_s": T}), Right(remark="of another group"), {}),
+    Situation("HDF5 with times in two groups apart", hdf5(t=None, **{"one/time_s": T, "two/time_s": 2.0 * T}), refused("r.h5", '"one/time_s", "two/time_s"', "other groups", "--time")),
     Situation("HDF5 as a row", hdf5(x=X[np.newaxis, :], u=U[:, np.newaxis]), RIGHT),
     Situation("HDF5 in single precision", hdf5(t=T.astype("f4"), u=U.astype("f4"), x=X.astype("f4")), RIGHT),
     Situation("HDF5 big-endian", hdf5(t=T.astype(">f8"), u=U.astype(">f4"), x=X.astype(">f8")), RIGHT),
@@ -207,6 +229,10 @@ MATLAB = (
     Situation("MATLAB 5 with a rate", mat(u=U, x=X, fs=1000.0), RIGHT, NAMES),
     Situation("MATLAB 5 with a period", mat(u=U, x=X, dt=1e-3), RIGHT, NAMES),
     Situation("MATLAB 5 without a rate", mat(u=U, x=X), refused("r.mat", "rate", "--sample-rate"), NAMES),
+    Situation("MATLAB of two structs, one of them named", mat(rec=structs(2.0, 1.0)), RIGHT, OF_2),
+    Situation("MATLAB of two structs with rates, one of them named", mat(rec=np.array([(500.0, U, X), (1000.0, U, X)], dtype=[("fs", object), ("u_V", object), ("x_mm", object)])), RIGHT, OF_2),
+    Situation("MATLAB of channels with a time each", mat(ch=AXES_APART), refused("r.mat", '"ch(1).t_s", "ch(2).t_s"', "other groups"), {"inputs": "ch(1).y:V", "outputs": {"displacement": "ch(2).y:mm"}}),
+    Situation("MATLAB of channels with the same time each", mat(ch=np.array([(T, U), (T, X)], dtype=[("t_s", object), ("y", object)])), RIGHT, {"inputs": "ch(1).y:V", "outputs": {"displacement": "ch(2).y:mm"}}),
     Situation("MATLAB 4", made("r.mat", lambda path: savemat(path, {"t": T, "u": U, "x": X}, format="4")), RIGHT, TIMED),
     Situation("MATLAB 5 packed", made("r.mat", lambda path: savemat(path, {"t": T, "u": U, "x": X}, do_compression=True)), RIGHT, TIMED),
     Situation("MATLAB 5, one matrix of all signals", mat(data=MATRIX), RIGHT, FIRST),

@@ -68,8 +68,8 @@ def talk(folder: Path, words: list[str], answers: list[str]) -> tuple[int, str]:
 @pytest.mark.wire
 def test_a_person_takes_the_guesses_by_enter_and_says_what_is_not_known(tmp_path: Path) -> None:
     write_text(tmp_path / "r.csv", "t,u,x\n", M.t, M.u, M.x)
-    # plant, time, its unit, drive, its unit (nothing, nonsense, V), hold, displacement, its unit, test
-    answers = ["\n", "\n", "\n", "\n", "\n", "blorp\n", "V\n", "\n", "\n", "mm\n", "\n"]
+    # plant, drive, its unit (nothing, nonsense, V), hold, displacement, its unit, time, its unit, test
+    answers = ["\n", "\n", "\n", "blorp\n", "V\n", "\n", "\n", "mm\n", "\n", "\n", "\n"]
     code, shown = talk(tmp_path, ["r.csv", "--no-plot"], answers)
     assert code == 0, shown
     for words in (
@@ -124,7 +124,7 @@ def test_what_an_option_says_is_not_asked(tmp_path: Path) -> None:
 
 def test_another_column_than_the_guess_may_be_taken(tmp_path: Path) -> None:
     path = write_text(tmp_path / "r.csv", "t [s],u [V],x [mm],x2 [mm]\n", M.t, M.u, M.x, -M.x)
-    prompts, found = asked(path, ["", "", "", "", "", "", "x2 [mm]"])
+    prompts, found = asked(path, ["", "", "", "", "x2 [mm]"])
     guess = found.proposal.signal("displacement")
     assert guess is not None
     assert guess.column == "x2 [mm]"
@@ -135,7 +135,7 @@ def test_another_column_than_the_guess_may_be_taken(tmp_path: Path) -> None:
 
 def test_a_rate_is_asked_where_no_column_is_the_time(tmp_path: Path) -> None:
     path = write_text(tmp_path / "r.csv", "u [V],x [mm]\n", M.u, M.x)
-    prompts, found = asked(path, ["", "a thousand", "1000 Hz"])
+    prompts, found = asked(path, ["", "", "", "", "", "", "a thousand", "1000 Hz"])
     assert [one for one in prompts if "rate" in one] == ["Sample rate in Hz? "] * 2 or prompts.count(
         "Sample rate in Hz? "
     ) == 1

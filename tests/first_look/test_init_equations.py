@@ -135,12 +135,12 @@ def test_what_is_not_told_is_refused_without_a_traceback_or_a_wrong_advice(
 
 def test_the_dialogue_asks_for_the_model_or_for_the_columns(tmp_path: Path) -> None:
     surveys = survey_files([heated(tmp_path)])
-    told = iter(["equations", "", "", str(tmp_path / "heater.toml"), *[""] * 6])
+    told = iter(["equations", str(tmp_path / "heater.toml"), *[""] * 8])
     found = ask_all(surveys, Answers(), lambda _: next(told))
     assert {one.name: (one.column, one.unit) for one in found.signals} == {
         "U": ("U_heater_V", "V"), "T": ("T_plate_degC", "degC"),
     }  # fmt: skip
-    told = iter(["equations", "", "", "-", "U_heater_V", "T_plate_degC", *[""] * 4])
+    told = iter(["equations", "-", "U_heater_V", "T_plate_degC", *[""] * 6])
     found = ask_all(surveys, Answers(), lambda _: next(told))
     assert [one.name for one in found.signals] == ["U_heater", "T_plate"]
     assert found.opens == ()

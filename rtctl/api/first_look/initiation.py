@@ -13,6 +13,7 @@ from rtctl.api.first_look.preview import Preview, preview_with
 from rtctl.api.inputs import PathText, path_of
 from rtctl.border.errors import InputError
 from rtctl.measured.dataset import Dataset
+from rtctl.measured.proposal.grouped import by_groups
 from rtctl.measured.proposal.manifest_text import manifest_text
 from rtctl.measured.proposal.own_equations.signals import read_model_signals
 from rtctl.measured.proposal.proposal import Answers, Proposal, SignalGuess
@@ -148,7 +149,7 @@ def init(  # noqa: PLR0913
         model=None if model is None else read_model_signals(path_of("model", model)),
     )  # fmt: skip
     paths = paths_of(files)
-    surveys = survey_files(paths)
+    surveys = by_groups(survey_files(paths), answers)
     folder = target_folder(paths, out, force=force)
     proposal = propose(surveys, answers)
     refuse_open(proposal, [str(path) for path in paths])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import nearest
 from rtctl.measured.readers import Header, Table, open_table
+from rtctl.measured.readers.groups import missing_name, names_within
 from rtctl.measured.readers.table import Column, length
 from rtctl.measured.stated_unit import agrees, is_no_unit, readable, unit_in_name
 
@@ -35,6 +36,7 @@ class TableCache:
     def __init__(self, shared: Iterable[Path] = ()) -> None:
         self._shared = frozenset(shared)
         self._tables: dict[Path, Table] = {}
+        self._seen: dict[tuple[Path, str | None], Mapping[str, str]] = {}
         self._kept: OrderedDict[tuple[Path, str], FloatArray] = OrderedDict()
 
     def table(self, path: Path) -> Table:
@@ -42,6 +44,27 @@ class TableCache:
         if path not in self._tables:
             self._tables[path] = open_table(path)
         return self._tables[path]
+
+    def names(self, path: Path, group: str | None) -> Mapping[str, str]:
+        """Return the columns of a file by the names that they have in a group of it; None: in the file itself.
+
+        Raises ValueError in words for a group that is not there.
+        """
+        key = path, group
+        if key not in self._seen:
+            table = self.table(path)
+            places = {name: table.place(name) for name in table.columns}
+            self._seen[key] = (
+                {name: name for name in places} if group is None else names_within(places, group)
+            )
+        return self._seen[key]
+
+    def named(self, path: Path, group: str | None, name: str) -> str:
+        """Return the column that has a name in a group; of none, what it would be called. Raises ValueError."""
+        known = self.names(path, group)
+        if name in known or group is None:
+            return known.get(name, name)
+        return missing_name(self.table(path).places.values(), group, name)
 
     def __contains__(self, path: Path) -> bool:
         """Return whether the file was opened."""

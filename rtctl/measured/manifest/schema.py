@@ -203,7 +203,9 @@ class RecordTable(Checked):
 
     file: Text
     name: Annotated[str, BeforeValidator(_file_name)] | None = None
-    """Name; default: the file's name without its suffix, made unique by the rows."""
+    """Name; default: the file's name without its suffix, made unique by the group and the rows."""
+    group: Text | None = None
+    """Group of the file that has the columns, whose names are those within it: "run_001", "rec(2)"."""
     sample_rate_hz: Annotated[float, BeforeValidator(_rate_hz)] | None = None
     time: Text | None = None
     time_unit: Annotated[str, BeforeValidator(_time_unit)] | None = None

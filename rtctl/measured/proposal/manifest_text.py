@@ -55,6 +55,8 @@ def _signal(signal: SignalGuess) -> list[str]:
 
 def _record(record: RecordGuess, time: TimeGuess, folder: Path) -> list[str]:
     lines = ["", "[[records]]", f"file = {quoted(relative(record.file, folder))}"]
+    if record.group:
+        lines.append(f"group = {quoted(record.group)}{_because(record.title)}")
     if record.name:
         lines.append(f"name = {quoted(record.name)}")
     lines += _time(record, time)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +22,8 @@ LEAST_PART = 0.05
 """Share of the longest part between gaps below which a part is left out."""
 MOST_PARTS = 20
 _TEST_NAME = re.compile(r"(?:^|[^a-z])(test|val|valid|validation|holdout)(?:[^a-z]|$)", re.IGNORECASE)
+LONGEST_TITLE = 60
+"""Characters of a title that are shown."""
 LAST_THIRD, NO_TEST = "last-third", "none"
 
 
@@ -113,14 +114,14 @@ def propose_records(
         InputError: `test` names no file.
     """
     found = []
-    names = _names([survey.path for survey in surveys])
+    names = _names(surveys)
     for survey, rows, rate_hz, name, steps in zip(surveys, parts, rates, names, staircase, strict=True):
         for one in rows:
             whole = one == (0, survey.rows)
             use = "identify" if steps else "fit"
             why = "a quasi-static staircase" if steps else ""
-            found.append(RecordGuess(file=survey.path, use=use, why=why, rows=None if whole else one,
-                                     name=name, rate_hz=rate_hz))  # fmt: skip
+            found.append(RecordGuess(file=survey.path, group=survey.group, title=_title(survey), use=use, why=why,
+                                     rows=None if whole else one, name=name, rate_hz=rate_hz))  # fmt: skip
     if all(staircase) or test == NO_TEST:
         return tuple(found)
     if len(found) == 1:
@@ -128,13 +129,28 @@ def propose_records(
     return _choose_tests(found, test)
 
 
-def _names(paths: Sequence[Path]) -> list[str | None]:
-    """Return names where two files have one stem, else None."""
-    stems = [path.name.partition(".")[0] for path in paths]
+def _names(surveys: Sequence[Survey]) -> list[str | None]:
+    """Return names where two files have one stem, else None; groups of one file get theirs when they are read."""
+    paths = list(dict.fromkeys(survey.path for survey in surveys))
+    stems = {path: path.name.partition(".")[0] for path in paths}
+    twice = {path for path, stem in stems.items() if list(stems.values()).count(stem) > 1}
     return [
-        f"{path.parent.name}-{stem}" if stems.count(stem) > 1 else None
-        for path, stem in zip(paths, stems, strict=True)
+        None if one.path not in twice
+        else "-".join([one.path.parent.name, stems[one.path], *re.findall(r"\w+", one.group or "")])
+        for one in surveys
+    ]  # fmt: skip
+
+
+def _title(survey: Survey) -> str:
+    """Return the single texts of a group, such as the comment of a measurement; "" of a whole file."""
+    if survey.group is None:
+        return ""
+    texts = [
+        str(one.raw[0]).strip()
+        for one in survey.columns.values()
+        if one.raw is not None and one.rows == 1 and one.raw.dtype.kind in "OU"
     ]
+    return ", ".join(text for text in texts if text)[:LONGEST_TITLE]
 
 
 def _cut_in_two(record: RecordGuess, rows: int) -> tuple[RecordGuess, ...]:
@@ -149,14 +165,21 @@ def _cut_in_two(record: RecordGuess, rows: int) -> tuple[RecordGuess, ...]:
     return fit, replace(record, rows=(begin, end), ignore_first=cut - begin, use="test", why=why)
 
 
+def _called(record: RecordGuess) -> str:
+    """Return how a record is called: its group with its title, else its file."""
+    return record.file.stem if record.group is None else f"{record.group} {record.title}"
+
+
 def _choose_tests(records: Sequence[RecordGuess], test: str | None) -> tuple[RecordGuess, ...]:
-    names = [one.file.name for one in records]
+    names = [(one.file.name, one.group) for one in records]
     usable = [k for k, one in enumerate(records) if one.use != "identify"]
-    named = [k for k in usable if _TEST_NAME.search(records[k].file.stem)]
+    named = [k for k in usable if _TEST_NAME.search(_called(records[k]))]
     if test is not None and test != LAST_THIRD:
-        if test not in names:
-            raise InputError(f"--test {test}: no such data file{nearest(test, names)}")
-        chosen, why = [k for k in usable if names[k] == test], "you said so"
+        if not any(test in one for one in names):
+            known = [group or file for file, group in names]
+            what = "group or data file" if any(group for _, group in names) else "data file"
+            raise InputError(f"--test {test}: no such {what}{nearest(test, known)}")
+        chosen, why = [k for k in usable if test in names[k]], "you said so"
     elif named and len(named) < len(usable):
         chosen, why = named, "its name says so"
     elif len(usable) < 2:

@@ -53,7 +53,7 @@ class Answers:
     sample_rate_hz: float | None = None
     hold: str | None = None
     test: str | None = None
-    """Records that no fit uses: a file's name, "last-third" or "none"."""
+    """Records that no fit uses: the name of a file or of a group in it, "last-third" or "none"."""
     name: str | None = None
 
     def __post_init__(self) -> None:
@@ -115,6 +115,10 @@ class RecordGuess:
     """One table [[records]]."""
 
     file: Path
+    group: str | None = None
+    """Group of the file that it is."""
+    title: str = ""
+    """Texts that the group has beside its numbers."""
     use: str
     why: str
     rows: tuple[int, int] | None = None
@@ -143,6 +147,11 @@ class Proposal:
     opens: tuple[Open, ...] = ()
     unsure: tuple[str, ...] = ()
     """What was guessed and should be looked at."""
+
+    def labels(self, use: str | None = None) -> tuple[str, ...]:
+        """Return the names of what can be a test, groups or files; those of one use where it is given."""
+        told = [one.group or one.file.name for one in self.records if use in (None, one.use)]
+        return tuple(dict.fromkeys(told))
 
     def signal(self, name: str) -> SignalGuess | None:
         """Return a signal by its name; None: it is not there."""

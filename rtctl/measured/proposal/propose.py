@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -30,7 +31,7 @@ from rtctl.measured.proposal.roles import Choice, Roles, assign_roles
 from rtctl.measured.proposal.stamps import judge_stamps
 from rtctl.measured.proposal.survey import Survey
 from rtctl.measured.proposal.sweeps import find_sweep, propose_sweeps
-from rtctl.measured.proposal.time_base import find_time, variable_rate_hz
+from rtctl.measured.proposal.time_base import find_time, homes_of, variable_rate_hz
 from rtctl.registry import PlantKind, plant_kind
 
 HELD_SHARE = 0.5
@@ -46,22 +47,14 @@ def propose(surveys: Sequence[Survey], answers: Answers) -> Proposal:
     if surveys and (swept := find_sweep(surveys[0], answers)) is not None:
         return propose_sweeps(swept, surveys, answers)
     time = find_time(surveys, answers)
-    candidates, unused = find_candidates(surveys, [time.guess.column])
-    plant, plant_why = _plant(answers, candidates)
-    kind = plant_kind(plant).without_stand_ins()
-    if kind.free_signals:
-        if answers.model is None:
-            answers = with_named_signals(answers, surveys[0].columns)
-        kind = with_signals(kind, answers)
-    else:
-        _check_two_signals(surveys[0], time.guess)
-    given = given_signals(answers, kind.signals, surveys[0].columns)
-    _check_given(given, surveys[0])
-    roles = (
-        assign_named_roles(candidates, kind, given, answers)
-        if kind.free_signals
-        else assign_roles(candidates, kind, given)
-    )
+    found = _columns(surveys, answers, time.guess)
+    homes = homes_of(surveys[0], [one.column for one in found.roles.chosen.values()])
+    if homes:
+        before = time.guess.column
+        time = find_time(surveys, answers, homes)  # of the group that the signals are in, not of another one
+        if time.guess.column != before:
+            found = _columns(surveys, answers, time.guess)
+    candidates, unused, kind, given, roles, answers, plant, plant_why = found
     signals, unit_opens, unsure = _signals(surveys[0], kind, roles, given, answers)
     _check_common(surveys, [one for one in signals if not kind.signals[one.name].optional], time.guess)
     records, time_guess, record_notes = _records(surveys, signals, time.guess, answers, plant)
@@ -78,6 +71,40 @@ def propose(surveys: Sequence[Survey], answers: Answers) -> Proposal:
         opens=(*time.opens, *roles.opens, *unit_opens),
         unsure=(*_remarks(surveys), *time.unsure, *roles.unsure, *unsure, *record_notes),
     )
+
+
+class _Found(NamedTuple):
+    """Columns of the signals, for one choice of the time."""
+
+    candidates: dict[str, Candidate]
+    unused: dict[str, str]
+    kind: PlantKind
+    given: dict[str, Given]
+    roles: Roles
+    answers: Answers
+    plant: str
+    plant_why: str
+
+
+def _columns(surveys: Sequence[Survey], answers: Answers, time: TimeGuess) -> _Found:
+    """Return the columns of the signals where `time` is the time."""
+    candidates, unused = find_candidates(surveys, [time.column])
+    plant, plant_why = _plant(answers, candidates)
+    kind = plant_kind(plant).without_stand_ins()
+    if kind.free_signals:
+        if answers.model is None:
+            answers = with_named_signals(answers, surveys[0].columns)
+        kind = with_signals(kind, answers)
+    else:
+        _check_two_signals(surveys[0], time)
+    given = given_signals(answers, kind.signals, surveys[0].columns)
+    _check_given(given, surveys[0])
+    roles = (
+        assign_named_roles(candidates, kind, given, answers)
+        if kind.free_signals
+        else assign_roles(candidates, kind, given)
+    )
+    return _Found(candidates, unused, kind, given, roles, answers, plant, plant_why)
 
 
 def refuse_open(proposal: Proposal, files: Sequence[str]) -> None:
@@ -239,8 +266,9 @@ def _check_common(surveys: Sequence[Survey], needed: Sequence[SignalGuess], time
         missing = [name for name in names if name not in survey.columns]
         if missing:
             lines.append(
-                f"{survey.path}: has no column {', '.join(f'{one!r}' for one in missing)}, as {surveys[0].path} has; "
-                f"it has {', '.join(list(survey.columns)[:8])}. Files of one dataset have the same columns: give the "
+                f"{survey.path}{_of_group(survey)}: has no column {', '.join(f'{one!r}' for one in missing)}, as "
+                f"{surveys[0].path} has; it has {', '.join(list(survey.columns)[:8])}. "
+                "Files of one dataset have the same columns: give the "
                 "others a dataset of their own, with --out"
             )
     if lines:
@@ -258,9 +286,9 @@ def _records(
             rows, cut = find_parts(survey, columns, time)
             stamps.append(judge_stamps(survey, rows, time))
         except ValueError as error:
-            raise InputError(f"{survey.path}: {error}") from None
+            raise InputError(f"{survey.path}{_of_group(survey)}: {error}") from None
         parts.append(rows)
-        notes += [f"{survey.path.name}: {cut}"] if cut else []
+        notes += [f"{survey.path.name}{_of_group(survey)}: {cut}"] if cut else []
     uneven = next((one.uneven for one in stamps if one.uneven), "")
     rounded = "" if uneven else next((one.rounded for one in stamps if one.rounded), "")
     if uneven:
@@ -279,6 +307,10 @@ def _records(
         )
     records = propose_records(surveys, parts, rates, answers.test, steps)
     return records, replace(time, resample=bool(uneven), rounded=rounded), notes
+
+
+def _of_group(survey: Survey) -> str:
+    return "" if survey.group is None else f', group "{survey.group}"'
 
 
 def _is_staircase(survey: Survey, column: str) -> bool:
@@ -305,9 +337,21 @@ def _leftovers(
 
 
 def _remarks(surveys: Sequence[Survey]) -> list[str]:
-    return [f"{survey.path.name}: {remark}" for survey in surveys for remark in survey.remarks]
+    remarks = [f"{survey.path.name}: {remark}" for survey in surveys for remark in survey.remarks]
+    groups: dict[str, list[str]] = {}
+    for survey in surveys:
+        if survey.group is not None:
+            groups.setdefault(survey.path.name, []).append(survey.group)
+    return remarks + [
+        f"{file}: its groups with the same columns are taken as its records: {', '.join(names)}"
+        for file, names in groups.items()
+    ]
 
 
 def _name_of(surveys: Sequence[Survey]) -> str:
     first = surveys[0].path.resolve()
-    return first.name.partition(".")[0] if len(surveys) == 1 else first.parent.name or first.name
+    return (
+        first.name.partition(".")[0]
+        if len({one.path for one in surveys}) == 1
+        else first.parent.name or first.name
+    )

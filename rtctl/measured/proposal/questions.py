@@ -20,7 +20,7 @@ from rtctl.measured.proposal.parts import LAST_THIRD, NO_TEST
 from rtctl.measured.proposal.proposal import Answers, Proposal
 from rtctl.measured.proposal.propose import HOLDS
 from rtctl.measured.proposal.survey import Column, Survey
-from rtctl.measured.proposal.time_base import time_candidates
+from rtctl.measured.proposal.time_base import homes_of, is_near, time_candidates
 from rtctl.measured.units import check_unit
 
 Settled = Callable[[Answers, str], Answers]
@@ -61,7 +61,7 @@ def next_question(proposal: Proposal, surveys: Sequence[Survey], asked: Sequence
 
 
 def _questions(proposal: Proposal, survey: Survey) -> list[Question]:
-    questions = [_about_plant(proposal), *_about_time(proposal, survey)]
+    questions = [_about_plant(proposal)]
     columns = {
         name: quantity_of(unit.text) if (unit := read_column(column).unit).text else ""
         for name, column in survey.numeric.items()
@@ -70,7 +70,7 @@ def _questions(proposal: Proposal, survey: Survey) -> list[Question]:
     questions += _about_own_signals(proposal, tuple(columns))
     for name, kind in proposal.kind.signals.items():
         questions += _about_signal(proposal, name, kind.role, columns)
-    return [*questions, _about_test(proposal)]
+    return [*questions, *_about_time(proposal, survey), _about_test(proposal)]
 
 
 def _about_plant(proposal: Proposal) -> Question:
@@ -113,7 +113,8 @@ def _about_time(proposal: Proposal, survey: Survey) -> list[Question]:
     time = proposal.time
     if time.stated_hz is not None:
         return []
-    candidates = time_candidates(survey)
+    homes = homes_of(survey, [one.column for one in proposal.signals])
+    candidates = sorted(time_candidates(survey), key=lambda one: not is_near(survey.columns[one], homes))
     questions = []
     if candidates and (time.rate_hz is None or time.why != "you said so"):
         questions.append(Question(
@@ -176,8 +177,7 @@ def _counts(column: Column) -> bool:
 
 
 def _about_test(proposal: Proposal) -> Question:
-    files = tuple(dict.fromkeys(record.file.name for record in proposal.records))
-    tests = tuple(dict.fromkeys(record.file.name for record in proposal.records if record.use == "test"))
+    files, tests = proposal.labels(), proposal.labels("test")
     if len(files) == 1:
         default = LAST_THIRD if tests else NO_TEST
         return Question(
@@ -187,9 +187,13 @@ def _about_test(proposal: Proposal) -> Question:
     guess = ", ".join(tests) or NO_TEST
     choices = tuple(dict.fromkeys((guess, *files, NO_TEST)))
     return Question(
-        key="test", text="Which file may no fit use, to test the model?", default=guess, choices=choices,
+        key="test", text=f"Which {_what(proposal)} may no fit use, to test the model?", default=guess, choices=choices,
         settle=lambda answers, said: answers if said == guess else replace(answers, test=said),
     )  # fmt: skip
+
+
+def _what(proposal: Proposal) -> str:
+    return "group" if any(one.group for one in proposal.records) else "file"
 
 
 def _with_rate(answers: Answers, said: str) -> Answers:

@@ -14,6 +14,7 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
 from rtctl.measured.columns.conversion import TableCache, numbers
 from rtctl.measured.readers import READERS, suffix_of
+from rtctl.measured.readers.groups import TOP, Place
 from rtctl.measured.readers.table import Table
 
 _SHOWN = 8
@@ -30,6 +31,8 @@ class Column:
     """Sample period [s] that the file states."""
     period_key: str = ""
     """Key under which the file states the period."""
+    place: Place = TOP
+    """Place in the groups of the file."""
     raw: NDArray[Any] | None = None
     """Numbers, dates or text as the file holds them; None where it is no vector."""
     values: FloatArray | None = None
@@ -57,7 +60,15 @@ class Survey:
 
     path: Path
     columns: Mapping[str, Column]
+    """Columns by their names in the file, or in the group."""
     remarks: tuple[str, ...] = ()
+    group: str | None = None
+    """Group that it is; None: the whole file."""
+
+    @property
+    def label(self) -> str:
+        """Name of what can be a test: of the group, else of the file."""
+        return self.group or self.path.name
 
     @property
     def rows(self) -> int:
@@ -117,7 +128,13 @@ def _files_in(folder: Path) -> str:
 def _column(cache: TableCache, path: Path, table: Table, name: str) -> Column:
     header = table.columns[name]
     unit = cache.stated_unit(path, name) if header.unit else None
-    bare = Column(name=name, unit=unit, period_s=header.period_s, period_key=header.period_key)
+    bare = Column(
+        name=name,
+        unit=unit,
+        period_s=header.period_s,
+        period_key=header.period_key,
+        place=table.place(name),
+    )
     try:
         raw = np.asarray(cache.raw(path, name)).reshape(-1)
     except ValueError as error:

@@ -7,7 +7,8 @@ milliseconds, a step below `FINEST_DOUBT_S` would mean more than 100 kHz.
 from __future__ import annotations
 
 import shlex
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -36,6 +37,10 @@ _DEFAULT_PERIODS = (1.0,)
 """Periods [s] that programs write where nobody set one."""
 
 
+Homes = frozenset[tuple[str, ...]]
+"""Groups of columns, each with those around it, the outermost first."""
+
+
 class Time(NamedTuple):
     """The time of all files."""
 
@@ -44,17 +49,81 @@ class Time(NamedTuple):
     unsure: tuple[str, ...] = ()
 
 
-def find_time(surveys: Sequence[Survey], answers: Answers) -> Time:
-    """Return what tells the time. Raises InputError where the user's word contradicts the files."""
+def find_time(surveys: Sequence[Survey], answers: Answers, homes: Homes = frozenset()) -> Time:
+    """Return what tells the time. Raises InputError where the user's word contradicts the files.
+
+    Args:
+        surveys: The files.
+        answers: What the user said.
+        homes: Groups of the signals in their file; a time or a rate of another group is not theirs. Empty: not known.
+    """
     if answers.sample_rate_hz is not None:
         return Time(TimeGuess(rate_hz=answers.sample_rate_hz, why="you said so"))
     columns = surveys[0].columns
     if answers.time not in (None, NONE):
         name, unit = column_and_unit(str(answers.time), columns, "--time")
-        return _of_column(columns[name], unit, "you said so", variable_rate_hz(surveys[0]))
-    if answers.time is None and (found := _time_column(surveys[0])) is not None:
-        return _of_column(found[0], "", found[1], variable_rate_hz(surveys[0]))
-    return _of_files(surveys)
+        return _of_column(columns[name], unit, "you said so", variable_rate_hz(surveys[0], homes))
+    near = [_without_others(survey, homes) for survey in surveys]
+    if answers.time is None and (found := _time_column(near[0])) is not None:
+        return _of_column(found[0], "", found[1], variable_rate_hz(near[0]))
+    told = _of_files(near)
+    return _of_others(surveys[0], answers, told, homes) if told.opens and homes else told
+
+
+def homes_of(survey: Survey, columns: Iterable[str]) -> Homes:
+    """Return the groups that columns of a file are in, each with those around it; empty where the file has none."""
+    if not any(one.place.groups for one in survey.columns.values()):
+        return frozenset()
+    return frozenset(survey.columns[name].place.groups for name in columns if name in survey.columns)
+
+
+def is_near(column: Column, homes: Homes) -> bool:
+    """Return whether a column is in the groups `homes`, or above them: it may tell their time."""
+    return all(column.place.serves(home) for home in homes)
+
+
+def _without_others(survey: Survey, homes: Homes) -> Survey:
+    """Return a file without the times and rates of groups that are not those of the signals."""
+    kept = {name: one for name, one in survey.columns.items() if is_near(one, homes)}
+    if homes and not any(_increases(one, survey.rows) for one in kept.values()):
+        kept |= _shared_times(survey, homes)
+    return replace(survey, columns=kept) if homes else survey
+
+
+def _shared_times(survey: Survey, homes: Homes) -> dict[str, Column]:
+    """Return one time of each of the signals' groups, where these are the same numbers; else nothing."""
+    own = [
+        [one for one in survey.columns.values() if one.place.groups == home and _increases(one, survey.rows)]
+        for home in homes
+    ]
+    if not all(own):
+        return {}
+    first, *rest = (times[0] for times in own)
+    instants = [np.asarray(one.raw) for one in (first, *rest)]
+    return {first.name: first} if all(np.array_equal(instants[0], one) for one in instants) else {}
+
+
+def _of_others(survey: Survey, answers: Answers, told: Time, homes: Homes) -> Time:
+    """Return the time of another group where the file has but one, with a doubt; else the question which one it is."""
+    times = [] if answers.time == NONE else [
+        name
+        for name in time_candidates(survey)
+        if max(read_column(survey.columns[name]).votes.get(one, 0.0) for one in ("time", "period")) >= WEAK
+    ]  # fmt: skip
+    names = ", ".join(f'"{name}"' for name in times)
+    where = " and ".join(f'"{home[-1]}"' if home else "no group" for home in sorted(homes))
+    if len(times) == 1:
+        found = _of_column(survey.columns[times[0]], "", "the only time in the file", None)
+        doubt = f"time: column {names} is of another group than the signals, which are in {where}: there is no other"
+        return found._replace(unsure=(*found.unsure, doubt))
+    if times:
+        text = (
+            f"the time of the signals, which are in {where}, is not known: the columns {names} are of other groups, "
+            "and may have other rates"
+        )
+        options = f"--time {shlex.quote(times[0])} or --sample-rate HZ"
+        return told._replace(opens=(Open("time", text, options), *told.opens[1:]))
+    return told
 
 
 def read_time(column: Column, unit: str | None) -> TimeColumn:
@@ -206,9 +275,9 @@ def _of_variables(rates: Sequence[tuple[str, float, str]]) -> Time:
     return Time(TimeGuess(rate_hz=rate_hz if equal else None, why=why), unsure=unsure)
 
 
-def variable_rate_hz(survey: Survey) -> float | None:
-    """Return the rate [Hz] that a variable of the file tells; None: none does."""
-    found = _rate_variable(survey)
+def variable_rate_hz(survey: Survey, homes: Homes = frozenset()) -> float | None:
+    """Return the rate [Hz] that a variable of the file tells, beside or above `homes`; None: none does."""
+    found = _rate_variable(_without_others(survey, homes))
     return None if found is None else found[1]
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -19,6 +19,7 @@ from rtctl.measured.readers.attributes import (
     unapplied,
     unpack,
 )
+from rtctl.measured.readers.groups import place_of
 from rtctl.measured.readers.mat_headers import describe_object
 from rtctl.measured.readers.table import Column, Header, Table, reading, vector_rows
 
@@ -57,21 +58,14 @@ def read(path: Path, separator: str = "/") -> Table:
             "#"
         ):  # MATLAB's cells and objects, by reference
             column = name.replace("/", separator)
-            paths[column] = name
-            headers[column], packings[column] = _header(item, column, path.parent)
+            keep(column, item)
             if matlab and _are_references(item.dtype) and item.size <= MOST_ITEMS:
-                refer(item, name, column)
+                for one, target in _referred(item, column):
+                    keep(one, target)
 
-    def refer(item: Any, name: str, column: str) -> None:
-        """Add what MATLAB keeps by reference: the items of a cell, a field of an array of structs."""
-        cell = text_of(_attributes(item).get("MATLAB_class")) == "cell"
-        parent, _, field = column.rpartition(separator)
-        for k, reference in enumerate(np.asarray(item[()]).reshape(-1)):
-            target = item.file[reference] if reference else None
-            if isinstance(target, h5py.Dataset):
-                one = f"{column}{{{k + 1}}}" if cell else f"{parent}({k + 1}){separator}{field}"
-                paths[one] = str(target.name)
-                headers[one], packings[one] = _header(target, one, path.parent)
+    def keep(column: str, item: Any) -> None:
+        paths[column] = str(item.name)
+        headers[column], packings[column] = _header(item, column, path.parent)
 
     with reading("an HDF5 file"), h5py.File(path, "r") as file:
         file.visititems(visit)
@@ -90,7 +84,21 @@ def read(path: Path, separator: str = "/") -> Table:
             )
         return unpack(np.asarray(stored), packings[name])
 
-    return Table(columns=headers, load=load)
+    places = {name: place_of(name, separator) for name in headers}
+    return Table(columns=headers, load=load, places=places)
+
+
+def _referred(item: Any, column: str) -> Iterator[tuple[str, Any]]:
+    """Yield name and dataset of what MATLAB keeps by reference: items of a cell, a field of an array of structs."""
+    cell = text_of(_attributes(item).get("MATLAB_class")) == "cell"
+    parent, _, field = column.rpartition(".")
+    for k, reference in enumerate(np.asarray(item[()]).reshape(-1)):
+        target = item.file[reference] if reference else None
+        one = f"{column}{{{k + 1}}}" if cell else f"{parent}({k + 1}).{field}"
+        if hasattr(target, "dtype"):
+            yield one, target
+        elif target is not None:  # a struct in a cell
+            yield from ((f"{one}.{key}", field) for key, field in target.items() if hasattr(field, "dtype"))
 
 
 def _header(dataset: Any, name: str, folder: Path) -> tuple[Header, Packing]:

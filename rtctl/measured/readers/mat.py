@@ -18,6 +18,7 @@ from scipy.io import loadmat, whosmat
 from scipy.io.matlab import MatlabOpaque
 
 from rtctl.measured.readers import h5
+from rtctl.measured.readers.groups import place_of
 from rtctl.measured.readers.mat_headers import Variable, describe_object, is_version_5, variables
 from rtctl.measured.readers.table import Column, Header, Table, reading, vector_rows
 
@@ -51,7 +52,8 @@ def read(path: Path) -> Table:
                 value = value.flat[step] if isinstance(step, int) else value[step]
             return np.array(value[vector_rows(value.shape, first, end)])  # a view would keep all alive
 
-    return Table(columns=headers, load=load, piecewise=False)
+    inside = {name: place_of(name, ".") for name in headers}
+    return Table(columns=headers, load=load, piecewise=False, places=inside)
 
 
 def _listed(path: Path) -> list[Variable]:

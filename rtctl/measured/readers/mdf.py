@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rtctl.extras import require
+from rtctl.measured.readers.groups import Place
 from rtctl.measured.readers.table import Column, Header, Table, reading
 
 TIME = "time"
@@ -39,7 +40,11 @@ def read(path: Path) -> Table:
         with reading("a measurement data file (MDF)"), mdf(path) as file:
             return np.asarray(_samples(file, places[name]))[first:end]
 
-    return Table(columns=headers, load=load, piecewise=False)
+    inside = {
+        name: Place(name if name.startswith(f"{one.group}/") else f"{one.group}/{name}", (str(one.group),))
+        for name, one in places.items()
+    }
+    return Table(columns=headers, load=load, piecewise=False, places=inside)
 
 
 def _places(file: Any) -> dict[str, _Place]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,6 +13,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from rtctl.measured.readers.attributes import UNIT_KEYS, packing_of, stated_unit, text_of, unapplied, unpack
+from rtctl.measured.readers.groups import Place
 
 Column = NDArray[Any]
 
@@ -51,6 +52,12 @@ class Table:
     """Whether single rows are cheap to read; if not, the whole column is read (or skipped over) for any of them."""
     remarks: tuple[str, ...] = ()
     """What a user must know of a file that can be read."""
+    places: Mapping[str, Place] = field(default_factory=dict)
+    """Place of each column in the groups of the file; columns without one are at the top."""
+
+    def place(self, name: str) -> Place:
+        """Return the place of a column."""
+        return self.places.get(name, Place(name))
 
 
 def length(shape: Sequence[int]) -> int:

@@ -18,6 +18,7 @@ import numpy as np
 from nptdms import TdmsChannel, TdmsFile
 
 from rtctl.measured.readers.attributes import stated_unit
+from rtctl.measured.readers.groups import Place
 from rtctl.measured.readers.table import Column, Header, Table, reading
 
 _LEAD_IN_BYTES = 28  # tag, table of contents, version, 4 bytes each; next segment, raw data, 8 bytes each
@@ -63,7 +64,8 @@ def read(path: Path) -> Table:
             group, channel = places[name]
             return np.asarray(opened[group][channel].read_data(first, end - first))
 
-    return Table(columns=headers, load=load)
+    inside = {name: Place(f"{group}/{channel}", (group,)) for name, (group, channel) in places.items()}
+    return Table(columns=headers, load=load, places=inside)
 
 
 def _names(channels: list[TdmsChannel]) -> list[str]:

@@ -58,6 +58,7 @@ def run(args: argparse.Namespace) -> int:
     from rtctl.cli.next_step import say_next
     from rtctl.cli.options import is_quiet, output_folder, print_json
     from rtctl.cli.printing.first_look import print_initiation
+    from rtctl.measured.proposal.grouped import by_groups
     from rtctl.measured.proposal.own_equations.signals import read_model_signals
     from rtctl.measured.proposal.proposal import Answers
     from rtctl.measured.proposal.propose import propose, refuse_open
@@ -69,7 +70,7 @@ def run(args: argparse.Namespace) -> int:
         model=None if args.model is None else read_model_signals(args.model),
     )  # fmt: skip
     paths = paths_of(args.files)
-    surveys = survey_files(paths)
+    surveys = by_groups(survey_files(paths), answers)
     folder = target_folder(paths, args.out, force=args.force)
     asks = is_terminal() and not args.yes and not is_quiet(args)
     proposal = ask_all(surveys, answers) if asks else propose(surveys, answers)

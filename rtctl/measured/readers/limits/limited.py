@@ -22,6 +22,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rtctl.measured.readers.groups import Place
 from rtctl.measured.readers.table import Column, Header, Table
 
 CHILD = "rtctl.measured.readers.limits.child"
@@ -44,6 +45,7 @@ class Opening(NamedTuple):
     columns: dict[str, Header]
     piecewise: bool
     remarks: tuple[str, ...]
+    places: dict[str, Place]
 
 
 class Request(NamedTuple):
@@ -77,7 +79,13 @@ def read(module: str, path: Path) -> Table:
             ended.append(str(error))
             raise
 
-    return Table(columns=opened.columns, load=load, piecewise=opened.piecewise, remarks=opened.remarks)
+    return Table(
+        columns=opened.columns,
+        load=load,
+        piecewise=opened.piecewise,
+        remarks=opened.remarks,
+        places=opened.places,
+    )
 
 
 def _cpu_s(read_bytes: int) -> float:

@@ -15,7 +15,8 @@ MOST_COLUMNS = 64
 def with_matrix_columns(table: Table, *, matlab: bool) -> Table:
     """Return the table with the columns of its matrices beside them: those along the shorter of two dimensions."""
     headers: dict[str, Header] = {}
-    places: dict[str, tuple[str, int]] = {}
+    parts: dict[str, tuple[str, int]] = {}
+    places = dict(table.places)
     for name, header in table.columns.items():
         headers[name] = header
         if header.refusal or len(header.shape) != 2 or header.shape[0] == header.shape[1]:
@@ -25,15 +26,18 @@ def with_matrix_columns(table: Table, *, matlab: bool) -> Table:
             for k in range(count):
                 column = f"{name}(:,{k + 1})" if matlab else f"{name}[:,{k}]"
                 headers[column] = header._replace(shape=(rows,))
-                places[column] = name, k
-    if not places:
+                parts[column] = name, k
+                if name in table.places:
+                    whole = table.place(name)
+                    places[column] = whole._replace(path=whole.path + column[len(name) :])
+    if not parts:
         return table
 
     def load(name: str, first: int, end: int) -> Column:
-        if name not in places:
+        if name not in parts:
             return table.load(name, first, end)
-        matrix, k = places[name]
+        matrix, k = parts[name]
         across = int(np.argmin(table.columns[matrix].shape))
         return np.ascontiguousarray(np.take(table.load(matrix, first, end), k, axis=across))
 
-    return replace(table, columns=headers, load=load)
+    return replace(table, columns=headers, load=load, places=places)
