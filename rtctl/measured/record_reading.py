@@ -11,7 +11,7 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import nearest
-from rtctl.border.quantities import parse_quantity
+from rtctl.border.quantities import QUANTITY, parse_quantity
 from rtctl.border.unit_text import parse_base_quantity
 from rtctl.measured.columns.alignment import describe_leads, leading_rows
 from rtctl.measured.columns.conversion import TableCache, check_finite
@@ -169,6 +169,8 @@ def _checked_lengths(reading: Reading, entry: RecordTable, where: str) -> dict[s
             whole[name] = cache.length(path, column, unit)
             for remark in cache.remarks(path, column, unit):
                 findings.remark(f"{where}: {remark}")
+            if unit is not None and (stated := cache.header(path, column).unapplied):
+                findings.remark(_unapplied(name, reading.manifest.signals[name].column or name, stated))
     lengths: dict[str, int] = {}
     if len(whole) == len(reading.present(entry)):
         with findings.under(where):
@@ -181,6 +183,17 @@ def _checked_lengths(reading: Reading, entry: RecordTable, where: str) -> dict[s
             _time_unit(reading, entry)
             lengths["time"] = _selected(cache.rows(path, reading.column(entry, entry.time)), entry)
     return lengths
+
+
+def _unapplied(signal: str, column: str, stated: str) -> str:
+    """Return the remark on a scale that the file states and that nobody applies: once for all records of a signal."""
+    value = stated.partition(" = ")[2]
+    option = value if QUANTITY.fullmatch(value) and "/" in value else "NUMBER UNIT"
+    return (
+        f'signals.{signal}: column "{column}": the file states {stated}, which is not applied; if it scales the '
+        f"numbers, write scale and offset, and the unit that they lead to, into [signals.{signal}] (signal = scale * "
+        f"column + offset), or let rtctl init write them: --scale '{signal}={option}'"
+    )
 
 
 def _aligned(reading: Reading, entry: RecordTable, whole: Mapping[str, int], where: str) -> dict[str, int]:

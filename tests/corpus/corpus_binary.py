@@ -188,6 +188,27 @@ OF_B = {"inputs": "b/u", "outputs": {"displacement": "b/x"}}
 OF_2 = {"inputs": "rec(2).u_V", "outputs": {"displacement": "rec(2).x_mm"}}
 AXES_APART = np.array([(T, U), (2.0 * T, X)], dtype=[("t_s", object), ("y", object)])
 
+
+def rated(place: str, key: str, value: Any, path: str = "") -> Write:
+    """u and x in HDF5, with an attribute of the file, of a group, or of both datasets."""
+
+    def fill(file_path: Path) -> None:
+        with h5py.File(file_path, "w") as file:
+            for name, values in (("u", U), ("x", X)):
+                file[f"{path}{name}"] = values
+                file[f"{path}{name}"].attrs["units"] = IN_MM[name]
+            for one in (f"{path}u", f"{path}x") if place == "columns" else [place]:
+                file[one].attrs[key] = value
+
+    return made("r.h5", fill)
+
+
+def volts(sensitivity: str) -> Write:
+    """u in mV and x in V of transducers that an attribute tells."""
+    told = {"u": {"units": "mV"}, "x": {"units": "V", "sensitivity": sensitivity}}
+    return hdf5(UM | told, u=1e3 * U, x=0.25 * X)
+
+
 UM = {"t": {"units": "s"}, "u": {"units": "V"}}
 GAPS = np.where(np.arange(ROWS) == 300, np.nan, X)
 MATRIX = np.column_stack([T, U, X])
@@ -207,6 +228,15 @@ HDF5 = (
     Situation("HDF5 with a gain in its own words", hdf5(UM | {"x": {"units": "mm", "gain": 2.0}}), Right(remark="gain")),
     Situation("HDF5 with a scale of zero", hdf5(UM | {"x": {"units": "mm", "scale_factor": 0.0}}), refused("r.h5", "x", "scale_factor of 0")),
     Situation("HDF5 in groups", hdf5(t=None, u=None, x=None, **{"run/t": T, "run/u": U, "run/x": X}), RIGHT, {"inputs": "run/u:V", "outputs": {"displacement": "run/x:mm"}, "time": "run/t:s"}),
+    Situation("HDF5 with the rate of the file", rated("/", "sample_rate_Hz", 1000), RIGHT),
+    Situation("HDF5 with the rate of a group", rated("run", "Sample Rate", "1 kHz", "run/"), RIGHT),
+    Situation("HDF5 with the period of columns", rated("columns", "dt_ms", 1.0), RIGHT),
+    Situation("HDF5 with a sampling interval in words", rated("/", "sampling_interval", "1000 µs"), RIGHT),
+    Situation("HDF5 with a rate in a unit that is none", rated("/", "sample_rate", "1000 lines"), refused("r.h5", "rate", "--sample-rate")),
+    Situation("HDF5 at another rate than the user's", rated("/", "fs", 1000), refused("r.h5", '"fs"', "1000 Hz", "500", "correct one"), {"sample_rate_hz": 500.0}),
+    Situation("HDF5 in volts of a transducer, said as its sensitivity", volts("250 mV/mm"), RIGHT, {"scales": {"displacement": "250 mV/mm"}}),
+    Situation("HDF5 in volts of a transducer, said as its scale", volts("250 mV/mm"), RIGHT, {"scales": ["displacement=4e-3 mm/mV"]}),
+    Situation("HDF5 in volts of a transducer, whose unit alone is said", volts("250 mV/mm"), refused("r.h5", '"V"', '"mm"', "--scale"), {"outputs": {"displacement": "x:mm"}}),
     Situation("HDF5 of two runs, one of them named", made("r.h5", runs), RIGHT, OF_B),
     Situation("HDF5 with the time in a group apart", hdf5(t=None, **{"axis/time_s": T}), Right(remark="of another group"), {}),
     Situation("HDF5 with times in two groups apart", hdf5(t=None, **{"one/time_s": T, "two/time_s": 2.0 * T}), refused("r.h5", '"one/time_s", "two/time_s"', "other groups", "--time")),
@@ -275,6 +305,7 @@ COLUMNAR = (
     Situation("Parquet with lists", parquet(x=pa.array([[one] for one in X])), refused("r.parquet", "x"), TIMED),
     Situation("Parquet with numbers as text", parquet(x=pa.array([f"{one:.6f}" for one in X])), refused("r.parquet", "x", "text"), TIMED),
     Situation("Parquet of two columns of one name", made("r.parquet", lambda path: pq.write_table(pa.Table.from_arrays([pa.array(T), pa.array(U), pa.array(U), pa.array(X)], names=["t", "u", "u", "x"]), path)), refused("r.parquet", "same name")),
+    Situation("Parquet with the rate of the file", made("r.parquet", lambda path: pq.write_table(table({"sample_rate_hz": "1000"}, t=None), path)), RIGHT),
     Situation("Feather", made("r.feather", lambda path: feather.write_feather(table(), path)), RIGHT),
     Situation("Feather, packed", made("r.feather", lambda path: feather.write_feather(table(), path, compression="lz4")), RIGHT),
     Situation("Feather, version 1", made("r.feather", lambda path: feather.write_feather(pa.table({"t": T, "u": U, "x": X}), path, version=1)), refused("r.feather", "version 1"), TIMED),
@@ -282,6 +313,8 @@ COLUMNAR = (
     Situation("TDMS waveforms", tdms({}), RIGHT, {"outputs": {"displacement": "x"}}),
     Situation("TDMS at a rate that contradicts", tdms({}), refused("r.tdms", "1000 Hz", "correct one"), {"sample_rate_hz": 500.0}),
     Situation("TDMS with an unknown scale", tdms({"NI_Scaling_Status": "unscaled", "NI_Number_Of_Scales": 1, "NI_Scale[0]_Scale_Type": "Magic"}), refused("r.tdms", "Magic", "save it scaled")),
+    Situation("TDMS with the rate of a channel's property", tdms({"wf_increment": 0.0, "Sampling Rate": 1000.0}), RIGHT, {"outputs": {"displacement": "x"}}),
+    Situation("TDMS with a sensitivity", tdms({"sensitivity": "1 mm/V"}), Right(remark="sensitivity = 1 mm/V"), {"outputs": {"displacement": "x"}}),
     Situation("TDMS without a rate", made("r.tdms", lambda path: write_tdms(path, {"u": U, "x": X}, {"u": {"unit_string": "V"}, "x": {"unit_string": "mm"}})), refused("r.tdms", "rate", "--sample-rate")),
     Situation("UFF 58", uff(), RIGHT),
     Situation("UFF 58b", uff(binary=True), RIGHT),

@@ -105,7 +105,7 @@ class Initiation:
         return self.summary._repr_html_()
 
 
-# 13 parameters because each is an option of the command line
+# 14 parameters because each is an option of the command line
 def init(  # noqa: PLR0913
     files: PathText | Sequence[PathText],
     *,
@@ -114,6 +114,7 @@ def init(  # noqa: PLR0913
     model: PathText | None = None,
     inputs: str | Sequence[str] = (),
     outputs: str | Sequence[str] | Mapping[str, str] = (),
+    scales: str | Sequence[str] | Mapping[str, str] = (),
     time: str | None = None,
     sample_rate_hz: float | None = None,
     hold: str | None = None,
@@ -132,6 +133,7 @@ def init(  # noqa: PLR0913
         inputs: `COLUMN[:UNIT]` of the drive, or `NAME=COLUMN[:UNIT]`; what is not said is guessed. Of equations
             without a model, all inputs and outputs are said.
         outputs: `NAME=COLUMN[:UNIT]` of responses, or a mapping of name to `COLUMN[:UNIT]` ("-": there is none).
+        scales: `NAME=NUMBER UNIT` of transducers, or a mapping: a sensitivity (22.4 mV/N) or a scale (44.6 N/V).
         time: `COLUMN[:UNIT]` of the time ("-": none of the columns is).
         sample_rate_hz: Rate [Hz], instead of a time column.
         hold: Of the drive between its samples: "linear", "zero" or "band-limited".
@@ -144,8 +146,8 @@ def init(  # noqa: PLR0913
         InputError: A file cannot be read, or something cannot be known from it; the message names what settles it.
     """
     answers = Answers(
-        plant=plant, inputs=_texts(inputs), outputs=_texts(outputs), time=time, sample_rate_hz=sample_rate_hz,
-        hold=hold, test=test, name=name,
+        plant=plant, inputs=_texts(inputs), outputs=_texts(outputs), scales=_texts(scales), time=time,
+        sample_rate_hz=sample_rate_hz, hold=hold, test=test, name=name,
         model=None if model is None else read_model_signals(path_of("model", model)),
     )  # fmt: skip
     paths = paths_of(files)

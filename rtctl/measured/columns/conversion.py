@@ -126,7 +126,7 @@ class TableCache:
     def remarks(self, path: Path, name: str, unit: str | None) -> list[str]:
         """Return what a user must know of a column that is read as `unit` (None: as counts)."""
         stated = self.stated_unit(path, name)
-        found = [f'column "{name}": {remark}' for remark in self.header(path, name).remarks]
+        found: list[str] = []
         if stated is not None and unit is not None and not readable(stated):
             found.append(
                 f'column "{name}": the file states "{stated[:40]}", which is no known unit; taken as {unit}'
@@ -229,5 +229,6 @@ def _check_stated_unit(stated: str | None, name: str, unit: str) -> None:
         return
     if not agrees(stated, unit):
         raise ValueError(
-            f'the file states unit "{stated}" for column "{name}", the manifest "{unit}"; correct one'
+            f'the file states unit "{stated}" for column "{name}", the manifest "{unit}"; correct one, or give the '
+            "scale by which the column is to be multiplied (rtctl init: --scale)"
         )

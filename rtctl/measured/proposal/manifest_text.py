@@ -44,8 +44,9 @@ def _signal(signal: SignalGuess) -> list[str]:
         lines.append(f"column = {quoted(signal.column)}{_because(signal.why)}")
     held = absolute_unit(signal.unit)
     lines.append(f"unit = {quoted(held.unit)}{_because(signal.unit_source)}")
-    if held.scale is not None:
-        lines.append(f"scale = {held.scale!r}")
+    scale = held.scale if signal.scale is None else signal.scale * (held.scale or 1.0)
+    if scale is not None:
+        lines.append(f"scale = {scale!r}")
     if held.offset is not None:
         lines.append(f"offset = {held.offset!r}  # {held.unit} from {signal.unit}")
     if signal.hold:

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from rtctl.border.errors import InputError, nearest
 from rtctl.measured.columns.time_axis import LONGEST_GAP, rising
+from rtctl.measured.proposal.instants.time_base import read_time
 from rtctl.measured.proposal.proposal import RecordGuess, TimeGuess
 from rtctl.measured.proposal.survey import Survey
-from rtctl.measured.proposal.time_base import read_time
 
 FEWEST_ROWS = 60
 """Rows below which a file is not cut into fit and test."""

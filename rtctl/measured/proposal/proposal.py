@@ -48,6 +48,8 @@ class Answers:
     """Texts `[NAME=]COLUMN[:UNIT]`."""
     outputs: tuple[str, ...] = ()
     """Texts `NAME=COLUMN[:UNIT]`; `NAME=-`: there is none."""
+    scales: tuple[str, ...] = ()
+    """Texts `NAME=NUMBER UNIT` of transducers."""
     time: str | None = None
     """Text `COLUMN[:UNIT]`; "-": none of the columns is the time."""
     sample_rate_hz: float | None = None
@@ -83,6 +85,8 @@ class SignalGuess:
     unit: str = ""
     """Unit of the column as pint reads it; "": it must be asked."""
     unit_source: str = ""
+    scale: float | None = None
+    """Scale [unit per number of the column]; None: 1."""
     hold: str | None = None
     hold_why: str = ""
     certain: bool = False

@@ -14,6 +14,8 @@ from rtctl.border.errors import InputError, nearest
 from rtctl.measured.manifest.signal_kinds import measured_kinds
 from rtctl.measured.proposal.candidates import SINGLE, Candidate, find_candidates
 from rtctl.measured.proposal.given import Given, check_plant, given_signals
+from rtctl.measured.proposal.instants.stamps import judge_stamps
+from rtctl.measured.proposal.instants.time_base import find_time, homes_of, variable_rate_hz
 from rtctl.measured.proposal.naming.column_names import STRONG
 from rtctl.measured.proposal.naming.column_units import (
     MOTIONS,
@@ -28,10 +30,9 @@ from rtctl.measured.proposal.own_equations.signals import with_named_signals, wi
 from rtctl.measured.proposal.parts import find_parts, propose_records
 from rtctl.measured.proposal.proposal import Answers, Open, Proposal, RecordGuess, SignalGuess, TimeGuess
 from rtctl.measured.proposal.roles import Choice, Roles, assign_roles
-from rtctl.measured.proposal.stamps import judge_stamps
+from rtctl.measured.proposal.scales import given_scales, scale_of
 from rtctl.measured.proposal.survey import Survey
 from rtctl.measured.proposal.sweeps import find_sweep, propose_sweeps
-from rtctl.measured.proposal.time_base import find_time, homes_of, variable_rate_hz
 from rtctl.registry import PlantKind, plant_kind
 
 HELD_SHARE = 0.5
@@ -177,6 +178,7 @@ def _signals(
 ) -> tuple[tuple[SignalGuess, ...], list[Open], list[str]]:
     """Return the tables of signals, questions about their units, and doubts."""
     found: list[SignalGuess] = []
+    scales = given_scales(answers.scales, kind.signals)
     opens: list[Open] = []
     unsure: list[str] = []
     with_unit = [
@@ -189,6 +191,9 @@ def _signals(
         column = survey.columns[choice.column]
         reading = read_column(column)
         unit = _unit(given.get(name), name, reading.unit)
+        scale = scale_of(scales, name, choice.column, unit.text)
+        if scale is not None:
+            unit = Unit(scale.unit, scale.why)
         others = [one for one in kind.responses if one in with_unit and one != name]
         weak = max(reading.votes.values(), default=0.0) < STRONG
         if not unit.text and kind.signals[name].optional and others and weak and not choice.certain:
@@ -203,12 +208,13 @@ def _signals(
                 f"--{kind.signals[name].role} {shlex.quote(f'{name}=' * named + f'{choice.column}:UNIT')}"
             )
             opens.append(_unit_question(name, choice, unit, option))
-        if reading.doubt and unit.source != "given":
+        if reading.doubt and unit.source != "given" and scale is None:
             unsure.append(f'{name}: column "{choice.column}": {reading.doubt}')
         role = kind.signals[name].role
         hold, why = _hold(answers, column.values) if role == "input" else (None, "")
         found.append(SignalGuess(name=name, role=role, column=choice.column, why=choice.why, unit=unit.text,
-                                 unit_source=unit.source, hold=hold, hold_why=why, certain=choice.certain))  # fmt: skip
+                                 unit_source=unit.source, hold=hold, hold_why=why, certain=choice.certain,
+                                 scale=None if scale is None else scale.value))  # fmt: skip
     return tuple(found), opens, unsure
 
 

@@ -14,13 +14,13 @@ from rtctl.border.errors import InputError, nearest
 from rtctl.measured.manifest.signal_kinds import measured_kinds
 from rtctl.measured.proposal.candidates import is_count
 from rtctl.measured.proposal.given import NONE, find_column
+from rtctl.measured.proposal.instants.time_base import homes_of, is_near, time_candidates
 from rtctl.measured.proposal.naming.column_units import MOTIONS, given_unit, quantity_of, read_column
 from rtctl.measured.proposal.own_equations.signals import read_model_signals
 from rtctl.measured.proposal.parts import LAST_THIRD, NO_TEST
 from rtctl.measured.proposal.proposal import Answers, Proposal
 from rtctl.measured.proposal.propose import HOLDS
 from rtctl.measured.proposal.survey import Column, Survey
-from rtctl.measured.proposal.time_base import homes_of, is_near, time_candidates
 from rtctl.measured.units import check_unit
 
 Settled = Callable[[Answers, str], Answers]
@@ -157,18 +157,18 @@ def _about_signal(proposal: Proposal, name: str, role: str, columns: Mapping[str
         Question(key=name, text=text, default=default, choices=choices,
                  settle=lambda answers, said: _with_signal(answers, role, name, said, "")),
     ]  # fmt: skip
-    if guess is not None:
+    if guess is not None and guess.scale is None:
         column = guess.column
         questions.append(Question(
             key=f"unit.{name}", text=f'In which unit is "{column}"?', default=guess.unit,
             settle=lambda answers, said: _with_signal(answers, role, name, column, _unit(said, name)),
         ))  # fmt: skip
-        if role == "input":
-            questions.append(Question(
-                key=f"hold.{name}",
-                text="Between samples: linear (as measured), zero (held by a converter), band-limited?",
-                default=guess.hold or "linear", choices=HOLDS, settle=lambda answers, said: replace(answers, hold=said),
-            ))  # fmt: skip
+    if guess is not None and role == "input":
+        questions.append(Question(
+            key=f"hold.{name}",
+            text="Between samples: linear (as measured), zero (held by a converter), band-limited?",
+            default=guess.hold or "linear", choices=HOLDS, settle=lambda answers, said: replace(answers, hold=said),
+        ))  # fmt: skip
     return questions
 
 

@@ -65,6 +65,11 @@ def find_sweep(survey: Survey, answers: Answers) -> SweepColumns | None:
 def propose_sweeps(columns: SweepColumns, surveys: Sequence[Survey], answers: Answers) -> Proposal:
     """Return what files of sweeps hold. Raises InputError where nobody tells the amplitude of the drive."""
     survey = surveys[0]
+    if answers.scales:
+        raise InputError(
+            f"--scale {answers.scales[0]}: {survey.path} holds a sweep of frequencies, in whose manifest scale "
+            "and unit are written by hand: leave out --scale"
+        )
     kind = plant_kind("oscillator").without_stand_ins()
     given = given_signals(answers, kind.signals, survey.columns)
     name, unit, source, drive_unit = _response(columns, survey, given)

@@ -11,7 +11,9 @@ from typing import Any
 import numpy as np
 
 from rtctl.extras import missing_message
-from rtctl.measured.readers.attributes import (
+from rtctl.measured.readers.groups import place_of
+from rtctl.measured.readers.mat_headers import describe_object
+from rtctl.measured.readers.stated.attributes import (
     Packing,
     packing_of,
     stated_unit,
@@ -19,8 +21,7 @@ from rtctl.measured.readers.attributes import (
     unapplied,
     unpack,
 )
-from rtctl.measured.readers.groups import place_of
-from rtctl.measured.readers.mat_headers import describe_object
+from rtctl.measured.readers.stated.rate import stated_period
 from rtctl.measured.readers.table import Column, Header, Table, reading, vector_rows
 
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
@@ -119,15 +120,26 @@ def _header(dataset: Any, name: str, folder: Path) -> tuple[Header, Packing]:
     dtype = (
         np.dtype(np.float64) if packing.changes_numbers and dataset.dtype.kind in "biuf" else dataset.dtype
     )
-    remark = unapplied(attributes)
+    period_s, key = stated_period(*_levels(dataset)) or (None, "")
     header = Header(
         shape=dataset.shape,
         dtype=dtype,
         unit=stated_unit(attributes),
         refusal=refusal,
-        remarks=(remark,) * bool(remark),
+        unapplied=unapplied(attributes),
+        period_s=period_s,
+        period_key=key,
     )
     return header, packing
+
+
+def _levels(dataset: Any) -> Iterator[Mapping[str, Any]]:
+    """Yield the attributes of a dataset and of the groups around it, the innermost first."""
+    yield _attributes(dataset)
+    group = dataset.parent
+    while group is not None:
+        yield _attributes(group)
+        group = None if group.name in ("/", None) else group.parent
 
 
 def _attributes(dataset: Any) -> Mapping[str, Any]:

@@ -12,8 +12,16 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from rtctl.measured.readers.attributes import UNIT_KEYS, packing_of, stated_unit, text_of, unapplied, unpack
 from rtctl.measured.readers.groups import Place
+from rtctl.measured.readers.stated.attributes import (
+    UNIT_KEYS,
+    packing_of,
+    stated_unit,
+    text_of,
+    unapplied,
+    unpack,
+)
+from rtctl.measured.readers.stated.rate import stated_period
 
 Column = NDArray[Any]
 
@@ -37,8 +45,8 @@ class Header(NamedTuple):
     """Key under which the file states it."""
     refusal: str = ""
     """Why the column is no signal, as a phrase that continues its name."""
-    remarks: tuple[str, ...] = ()
-    """What a user must know of a column that can be read."""
+    unapplied: str = ""
+    """What the file states of a scale that is not applied, as `key = value`; "": nothing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -105,10 +113,10 @@ def arrow_headers(schema: pa.Schema, rows: int) -> dict[str, Header]:
             refusal = ""
         except ValueError as error:
             refusal = str(error)
-        remark = unapplied(attributes)
+        period_s, key = stated_period(attributes, _texts(schema.metadata or {})) or (None, "")
         headers[entry.name] = Header(
             shape=(rows,), unit=stated_unit(attributes) or shared.get(entry.name), refusal=refusal,
-            remarks=(remark,) * bool(remark),
+            unapplied=unapplied(attributes), period_s=period_s, period_key=key,
         )  # fmt: skip
     return headers
 

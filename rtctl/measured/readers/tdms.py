@@ -17,8 +17,9 @@ from typing import Any
 import numpy as np
 from nptdms import TdmsChannel, TdmsFile
 
-from rtctl.measured.readers.attributes import stated_unit
 from rtctl.measured.readers.groups import Place
+from rtctl.measured.readers.stated.attributes import stated_unit, unapplied
+from rtctl.measured.readers.stated.rate import stated_period
 from rtctl.measured.readers.table import Column, Header, Table, reading
 
 _LEAD_IN_BYTES = 28  # tag, table of contents, version, 4 bytes each; next segment, raw data, 8 bytes each
@@ -94,15 +95,20 @@ def _starts(channels: list[TdmsChannel]) -> dict[str, float]:
 def _header(channel: TdmsChannel, levels: tuple[Mapping[str, Any], ...]) -> Header:
     """Return the header of a channel; `levels` are the properties of channel, group and file, as scales are sought."""
     properties = channel.properties
-    period_s = _number(properties.get("wf_increment"))
+    increment_s = _number(properties.get("wf_increment"))
+    if increment_s > 0.0 and _in_seconds(properties):
+        period: tuple[float | None, str] = increment_s, "wf_increment"
+    else:
+        period = stated_period(*levels) or (None, "")
     refusal = _unknown_scale(levels)
     dtype = np.dtype(np.float64) if refusal else channel.dtype  # npTDMS would log an unknown scale
     return Header(
         shape=(len(channel),),
         dtype=None if dtype.hasobject else dtype,
         unit=stated_unit(properties),
-        period_s=period_s if period_s > 0.0 and _in_seconds(properties) else None,
-        period_key="wf_increment",
+        period_s=period[0],
+        period_key=period[1],
+        unapplied=unapplied(properties),
         refusal="holds text, numbers are needed" if dtype.hasobject else refusal,
     )
 

@@ -33,6 +33,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="column of a response, such as --output displacement=x:mm; NAME=- for none; may be given several times",
     )  # fmt: skip
     parser.add_argument(
+        "--scale", dest="scales", action="append", default=[], metavar="NAME='NUMBER UNIT'",
+        help="transducer of a signal: its sensitivity, such as --scale 'drive=22.4 mV/N', or scale, 44.6 N/V",
+    )  # fmt: skip
+    parser.add_argument(
         "--time", metavar="COLUMN[:UNIT]", help="time column, such as --time t:ms; - for none"
     )
     parser.add_argument(
@@ -65,8 +69,8 @@ def run(args: argparse.Namespace) -> int:
     from rtctl.measured.proposal.survey import survey_files
 
     answers = Answers(
-        plant=args.plant, inputs=tuple(args.inputs), outputs=tuple(args.outputs), time=args.time,
-        sample_rate_hz=args.sample_rate, hold=args.hold, test=args.test, name=args.name,
+        plant=args.plant, inputs=tuple(args.inputs), outputs=tuple(args.outputs), scales=tuple(args.scales),
+        time=args.time, sample_rate_hz=args.sample_rate, hold=args.hold, test=args.test, name=args.name,
         model=None if args.model is None else read_model_signals(args.model),
     )  # fmt: skip
     paths = paths_of(args.files)

@@ -9,9 +9,9 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.measured.columns.time_axis import uniform_period
+from rtctl.measured.proposal.instants.time_base import read_time
 from rtctl.measured.proposal.proposal import TimeGuess
 from rtctl.measured.proposal.survey import Survey
-from rtctl.measured.proposal.time_base import read_time
 
 ON_LINE = 0.02
 """Largest deviation of stamps from a straight line, in steps, that is their rounding: the rate is then the line's."""

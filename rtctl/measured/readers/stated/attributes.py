@@ -123,11 +123,9 @@ def unpack(stored: NDArray[Any], packing: Packing) -> NDArray[Any]:
 
 
 def unapplied(attributes: Mapping[str, Any]) -> str:
-    """Return a remark on attributes that may scale the numbers, in no agreed way; "": there are none."""
+    """Return the attributes that may scale the numbers, in no agreed way, as `key = value`; "": there are none."""
     shown = [f"{key} = {_short(value)}" for key, value in attributes.items() if key.lower() in _UNAPPLIED]
-    if not shown:
-        return ""
-    return f"the file states {', '.join(shown)}, which is not applied; if it scales the numbers, give scale and offset"
+    return ", ".join(shown)
 
 
 def _stated_numbers(key: str, value: Any) -> NDArray[np.float64]:

@@ -1,0 +1,1 @@
+"""What a file states of its columns: units, packing, scales, sample rates."""
