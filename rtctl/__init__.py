@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from rtctl.api.comparison import Comparison, RecordScore, simulate
     from rtctl.api.datasets import read_dataset, write_dataset
     from rtctl.api.diagnosing import Diagnosis, diagnose
+    from rtctl.api.exporting import ExportedFmu, export_fmu
     from rtctl.api.first_look.initiation import Initiation, init
     from rtctl.api.first_look.preview import Preview, preview
     from rtctl.api.identifying.fit import Fit
@@ -38,6 +39,8 @@ _MODULES = {
     "simulate": "rtctl.api.comparison",
     "Diagnosis": "rtctl.api.diagnosing",
     "diagnose": "rtctl.api.diagnosing",
+    "ExportedFmu": "rtctl.api.exporting",
+    "export_fmu": "rtctl.api.exporting",
     "Initiation": "rtctl.api.first_look.initiation",
     "init": "rtctl.api.first_look.initiation",
     "Preview": "rtctl.api.first_look.preview",
@@ -83,6 +86,7 @@ __all__ = [
     "Dataset",
     "Diagnosis",
     "DriverError",
+    "ExportedFmu",
     "Fault",
     "Fit",
     "Initiation",
@@ -104,6 +108,7 @@ __all__ = [
     "change",
     "demonstrate",
     "diagnose",
+    "export_fmu",
     "export_mcap",
     "identify",
     "init",

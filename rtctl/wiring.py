@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from rtctl.border.errors import InputError, nearest
 from rtctl.border.quantities import convert, read_toml
 from rtctl.border.records import DeviceProfile, Driver
+from rtctl.border.c_plant import CPlant, CRequest
 from rtctl.border.simulation import Simulation
 from rtctl.estimators.reading import ReadingEstimator
 from rtctl.interfaces import Clock, Estimator, Setup
@@ -393,6 +394,25 @@ def build_forced(model: Any, units: Mapping[str, str], source: str) -> Forced:
     if files.forced is None:
         raise InputError(f'{source}: a model of kind "{model.kind}" is not driven harmonically')
     made: Forced = resolved(files.forced, source)(model, units, source)
+    return made
+
+
+def build_c_plant(model: Any, source: str, kind: str, request: CRequest) -> CPlant:
+    """Return a model as C source.
+
+    Args:
+        model: Model as `read_model` returns it.
+        source: File of the model, for messages.
+        kind: Kind of plant.
+        request: What is asked of it.
+
+    Raises:
+        InputError: The model, or a part of it, has no form in C; it is named.
+    """
+    files = _model_files(kind, source)
+    if files.c_plant is None:
+        raise InputError(f'{source}: a model of kind "{kind}" cannot be exported as C source')
+    made: CPlant = resolved(files.c_plant, source)(model, source, request)
     return made
 
 

@@ -13,7 +13,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "watch": ("rtctl watch out/steps", "rtctl watch out/steps --control --mcap steps.mcap --epics LAB:VO2:"),
     "export": (
         "rtctl export mcap out/steps --out steps.mcap",
-        "rtctl export mcap out/steps --out steps.mcap --json",
+        "rtctl export fmu --model model.toml --dataset data/dataset.toml --out model.fmu",
     ),
     "replay": ("rtctl replay out/steps", "rtctl replay out/steps --out out/again"),
     "recover": ("rtctl recover out/steps", "rtctl recover out/steps --json"),

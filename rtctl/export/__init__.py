@@ -1,0 +1,1 @@
+"""Models, controllers and runs in forms that other programs take."""
