@@ -71,7 +71,7 @@ def read_device_table(model: ModelFile, path: Path) -> DeviceTable:
     tables = {key: dict(value) if isinstance(value, dict) else value for key, value in model.device.items()}
     tables.setdefault("name", path.stem.encode("ascii", "replace").decode()[:16])
     units = {}
-    for signal, unit in _told_units(model).items():
+    for signal, unit in told_units(model).items():
         table = tables.setdefault(signal, {})
         if not isinstance(table, dict):
             raise InputError(f'{path}: key "device.{signal}" must be a table, got {table!r}')
@@ -88,7 +88,7 @@ def read_device_table(model: ModelFile, path: Path) -> DeviceTable:
         raise InputError(f"{path}: [device]: {error}") from None
 
 
-def _told_units(model: ModelFile) -> dict[str, str]:
+def told_units(model: ModelFile) -> dict[str, str]:
     """Return the units of drive and displacement that `drive_gain` in {z}/(s^2 {u}) tells; "" if it does not."""
     gain = model.model.parameters.get("drive_gain")
     units = {"drive": "", "displacement": ""}
