@@ -8,10 +8,10 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rtctl.border.c_plant import CPlant, CRequest
 from rtctl.border.errors import InputError, nearest
 from rtctl.border.quantities import convert, read_toml
 from rtctl.border.records import DeviceProfile, Driver
-from rtctl.border.c_plant import CPlant, CRequest
 from rtctl.border.simulation import Simulation
 from rtctl.estimators.reading import ReadingEstimator
 from rtctl.interfaces import Clock, Estimator, Setup

@@ -169,7 +169,13 @@ class OscillatorSimulation:
         swing = stimulus.swing.get("displacement", np.inf)
         duration_s = stimulus.period_s * stimulus.samples
         wanted = equation.plan(
-            stimulus.period_s, reach, hold, steps_per_period, drive=largest, duration_s=duration_s, swing=swing
+            stimulus.period_s,
+            reach,
+            hold,
+            steps_per_period,
+            drive=largest,
+            duration_s=duration_s,
+            swing=swing,
         )
         instants = LEAST_INSTANTS if "acceleration" in self.outputs else 1
         if instants > 1 or any(mechanism.looks_between for mechanism in active):

@@ -75,7 +75,9 @@ def export_fmu(
 
     target = path_of("out", out)
     if version not in VERSIONS:
-        raise InputError(f'version = "{version}" of FMI: it must be one of {", ".join(VERSIONS)}{nearest(version, VERSIONS)}')
+        raise InputError(
+            f'version = "{version}" of FMI: it must be one of {", ".join(VERSIONS)}{nearest(version, VERSIONS)}'
+        )
     if step_s is not None and not step_s > 0.0:
         raise InputError(f"step_s must be above 0 s, got {step_s!r}")
     if target.suffix.lower() != ".fmu":
@@ -83,8 +85,8 @@ def export_fmu(
     compiler = None if sources_only else find_compiler()
     if not sources_only and can_compile_for(version) and compiler is None:
         raise InputError(
-            "no C compiler: gcc, cc or clang is needed for the binary; install one (apt-get install gcc), or export the "
-            "sources alone (--sources-only, sources_only=True)"
+            "no C compiler: gcc, cc or clang is needed for the binary; install one (apt-get install gcc), or export "
+            "the sources alone (--sources-only, sources_only=True)"
         )
     content = model_of(model)
     source = str(content.source or "the model")

@@ -70,12 +70,11 @@ HEADER = Path(__file__).with_name("plant.h")
 
 
 def sizes(plant: CPlant) -> dict[str, int]:
-    """Return the sizes that `plant.h` needs, by their names in C; C has no array of no length."""
-    counts = {
+    """Return the sizes that `plant.h` needs, by their names in C."""
+    return {
         "PLANT_INPUTS": len(plant.inputs),
         "PLANT_OUTPUTS": len(plant.outputs),
         "PLANT_STATES": len(plant.states),
         "PLANT_PARAMETERS": len(plant.parameters),
         "PLANT_MEMORY": plant.memory,
     }
-    return counts

@@ -45,7 +45,9 @@ def laws(system: System, *, plain: bool, limited: bool) -> str:
             for name, tree in one.sets.items()
         ]
         parts.append(_numbers(system, "guards", tuple(one.when for one in system.events)))
-        parts.append(_numbers(system, "resets", tuple(tree for _, tree in sets), [place for place, _ in sets]))
+        parts.append(
+            _numbers(system, "resets", tuple(tree for _, tree in sets), [place for place, _ in sets])
+        )
     return "\n".join(part + "}\n" for part in parts)
 
 

@@ -28,9 +28,7 @@ SLOWEST_S = 1.0
 """Communication step that is proposed for a model whose rates at the start are all zero [s]."""
 
 
-def steps_for(
-    model: EquationsFile, system: System, source: str, request: CRequest
-) -> tuple[Plan, float]:
+def steps_for(model: EquationsFile, system: System, source: str, request: CRequest) -> tuple[Plan, float]:
     """Return the integrator's steps between two communication points, and the time between these [s].
 
     Raises:
@@ -41,9 +39,7 @@ def steps_for(
             factors = equations_simulation(model, request.units, source).input_factors
             period_s = request.stimuli[0].period_s
             plans = [_resolving(system, one, factors) for one in request.stimuli]
-            finest = min(
-                one.period_s / how.substeps for one, how in zip(request.stimuli, plans, strict=True)
-            )
+            finest = min(one.period_s / how.substeps for one, how in zip(request.stimuli, plans, strict=True))
             step_s = request.step_s or period_s
             implicit = any(how.implicit for how in plans)
             return Plan(max(1, math.ceil(step_s / finest - 1e-9)), implicit), step_s

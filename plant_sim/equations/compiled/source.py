@@ -194,7 +194,9 @@ class _Writer:
             return self._chosen(condition, one, other)
         if function == "sign":
             (of,) = arguments
-            return self._chosen(f"{of} > 0.0", "1.0", f"({self._chosen(f'{of} < 0.0', '-1.0', f'0.0 * {of}')})")
+            return self._chosen(
+                f"{of} > 0.0", "1.0", f"({self._chosen(f'{of} < 0.0', '-1.0', f'0.0 * {of}')})"
+            )
         if function in ("min", "max"):
             found, sign = arguments[0], "<" if function == "min" else ">"
             for other in arguments[1:]:

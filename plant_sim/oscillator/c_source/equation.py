@@ -26,9 +26,7 @@ class CEquation:
     """Whether there is dry friction."""
 
 
-def c_equation(
-    nominal: Values, mechanisms: Sequence[tuple[OscillatorMechanism, Values]]
-) -> CEquation:
+def c_equation(nominal: Values, mechanisms: Sequence[tuple[OscillatorMechanism, Values]]) -> CEquation:
     """Return the equation.
 
     Args:
@@ -54,12 +52,16 @@ def c_equation(
     lines, calls, starts, steps = [c_text(table[row]) for row in TERMS], [], [], []
     states = 0
     for memory, values in memories:
-        row = len(lines)
-        calls.append((laws.add(memory.law), row, states, memory.states))
+        first = len(lines)
+        calls.append((laws.add(memory.law), first, states, memory.states))
         if memory.step is not None:
-            steps.append(row + memory.step)
+            steps.append(first + memory.step)
         lines += [c_text(value) for value in memory.constants(values)]
-        begun = (0.0,) * memory.states if memory.start is None else memory.start(Traced(0.0, "z"), Traced(0.0, "v"))
+        begun = (
+            (0.0,) * memory.states
+            if memory.start is None
+            else memory.start(Traced(0.0, "z"), Traced(0.0, "v"))
+        )
         starts += [c_text(value) for value in begun]
         states += memory.states
     fades = float(table["friction_excess"]) != 0.0

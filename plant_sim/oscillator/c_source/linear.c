@@ -1,10 +1,6 @@
 /* z'' = gain u - damping z' - stiffness z over a step, exactly, with u the parabola through its start, middle and end:
    the exponential of the system with the parabola's coefficients as further states. */
 #define TERMS_OF_SERIES 19
-typedef struct {
-    double h, gain, damping, stiffness; /* what it was computed for */
-    double linear[4], weights[6];       /* of (z, v), and of the drive at start, middle, end: z's, then v's */
-} propagator;
 
 static void multiply(double a[5][5], double b[5][5], double factor, double out[5][5])
 {

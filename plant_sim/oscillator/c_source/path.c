@@ -42,7 +42,7 @@ static double follow(double behind, double constants, double interval, const dou
 
 static void drive_path(motion *s, const double *value, double t, double h, double *u)
 {
-    (void)s; (void)value; (void)t; (void)h;
+    (void)s; (void)value; (void)t; (void)h; (void)u;
 #ifdef HAS_INPUT_GAIN_DRIFT
     for (int c = 0; c < 3; c++) u[c] *= 1.0 + INPUT_GAIN_DRIFT_RATE * (t + 0.5 * c * h);
 #endif

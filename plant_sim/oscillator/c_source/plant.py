@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +12,7 @@ import numpy as np
 from plant_sim.oscillator.c_source.equation import CEquation, c_equation
 from plant_sim.oscillator.c_source.planning import Steps, steps_for
 from plant_sim.oscillator.c_source.traced import Traced
+from plant_sim.oscillator.c_source.translation import EXTREMES
 from plant_sim.oscillator.device_table import told_units
 from plant_sim.oscillator.equation.terms import TERMS
 from plant_sim.oscillator.mechanism import OscillatorMechanism, Values
@@ -20,6 +21,7 @@ from plant_sim.oscillator.simulation import OscillatorSimulation
 from rtctl.border.c_plant import CPlant, CRequest, CVariable
 from rtctl.border.errors import InputError
 from rtctl.border.model_file import ModelFile
+from rtctl.border.quantities import unit_registry
 from rtctl.border.simulation import FreeParameter
 
 FOLDER = Path(__file__).parent
@@ -38,6 +40,8 @@ REASONS = {
     "input.hold": "the simulator says how an input goes on between communication points",
 }
 """Why mechanisms have no form in C."""
+EXTREMES_IN_PATH = {"drive.deadband", "actuator.backlash", "sensor.saturation"}
+"""Those of them that need the larger and the smaller of two numbers."""
 PROPAGATOR = 14
 """Numbers in a `propagator` of linear.c."""
 REMEMBERED = 15
@@ -102,7 +106,7 @@ def _units(model: ModelFile, source: str, request: CRequest) -> Mapping[str, str
                 f"{source}: the parameters do not tell the unit of {signal}; give --dataset with records of the "
                 f'device, or [device.{signal}] with its unit such as "{"mm" if signal == "displacement" else "V"}"'
             )
-    return units
+    return {signal: f"{unit_registry().parse_units(unit):~C}" for signal, unit in units.items()}
 
 
 def _check(simulation: OscillatorSimulation, acting: list[OscillatorMechanism], source: str) -> None:
@@ -111,7 +115,9 @@ def _check(simulation: OscillatorSimulation, acting: list[OscillatorMechanism], 
     for one in acting:
         outside = one.input is not None or one.drive is not None or one.sensor is not None
         if outside and one.id not in IN_PATH:
-            lines.append(f"{source}: {one.id} has no form in C: {REASONS.get(one.id, 'it acts outside the equation')}")
+            lines.append(
+                f"{source}: {one.id} has no form in C: {REASONS.get(one.id, 'it acts outside the equation')}"
+            )
         elif one.sensor is not None and simulation.response != "displacement":
             lines.append(
                 f"{source}: {one.id} has no form in C where the sensor reads the {simulation.response}: it needs what "
@@ -130,7 +136,7 @@ def _variable(one: FreeParameter) -> CVariable:
 
 def _source(
     shown: list[FreeParameter],
-    mechanisms: list[tuple[OscillatorMechanism, Values]],
+    mechanisms: Sequence[tuple[OscillatorMechanism, Values]],
     equation: CEquation,
     steps: Steps,
 ) -> Iterator[str]:
@@ -144,10 +150,16 @@ def _source(
     yield f"#define INSTANT {steps.instant_s!r} /* of the sensor [s] */"
     if equation.rubs:
         yield "#define RUBS"
-    yield _part("linear.c")
+    acting = {mechanism.id for mechanism, _ in mechanisms}
+    yield _part("propagator.c")
+    if steps.splitting or "mode.second" in acting:
+        yield _part("linear.c")
     yield _part("motion.c")
+    for name, text in EXTREMES.items():
+        if f"{name}(" in equation.source or EXTREMES_IN_PATH & acting:
+            yield text
     yield equation.source
-    if any(mechanism.id == "drive.saturation" for mechanism, _ in mechanisms):
+    if "drive.saturation" in acting:
         yield _part("langevin.c")
     yield _part("path.c")
     if steps.splitting:

@@ -1,7 +1,7 @@
 """Laws of the equation of motion to C: the functions that kernels are compiled from are the single source.
 
-A law is plain arithmetic of numbers (`plant_sim.oscillator.equation`): assignments, conditions, loops of a fixed number,
-other laws. One that returns several numbers fills `out` with them, in their order. Of `p[row + 2, j]` the lane `j` is
+A law is plain arithmetic of numbers (`plant_sim.oscillator.equation`): assignments, conditions, loops of a fixed
+number, other laws. One that returns several numbers fills `out` with them, in their order. Of `p[row + 2, j]` the lane `j` is
 left out: a plant has one.
 """
 
@@ -14,7 +14,14 @@ import textwrap
 from collections.abc import Iterator
 from typing import Any
 
-CALLS = {"abs": "fabs", "min": "least", "max": "most", "copysign": "copysign", "floor": "floor", "sqrt": "sqrt"}
+CALLS = {
+    "abs": "fabs",
+    "min": "least",
+    "max": "most",
+    "copysign": "copysign",
+    "floor": "floor",
+    "sqrt": "sqrt",
+}
 COMPARED: dict[type[ast.cmpop], str] = {
     ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=",
 }  # fmt: skip
@@ -24,10 +31,11 @@ OPERATIONS: dict[type[ast.operator], str] = {
 TYPES = {"p": "const double *p", "w": "const double *w", "row": "int row"}
 """Declarations of arguments that are no numbers."""
 LEFT_OUT = frozenset({"j"})
-PRELUDE = """\
-static double least(double a, double b) { return b < a ? b : a; }
-static double most(double a, double b) { return b > a ? b : a; }
-"""
+EXTREMES = {
+    "least": "static double least(double a, double b) { return b < a ? b : a; }\n",
+    "most": "static double most(double a, double b) { return b > a ? b : a; }\n",
+}
+"""Functions that laws and paths call, by name."""
 
 
 class CLaws:
@@ -51,7 +59,7 @@ class CLaws:
 
     def text(self) -> str:
         """Return all functions."""
-        return "\n".join((PRELUDE, *self._written.values()))
+        return "\n".join(self._written.values())
 
 
 class _Function:
@@ -104,19 +112,26 @@ class _Function:
                         yield f"{space}{self._target(target.id)} = {number};"
                 case ast.AugAssign(ast.Name(name), operator, value):
                     yield f"{space}{name} {OPERATIONS[type(operator)]}= {self._number(value)};"
-                case ast.If(condition, then, orelse):
-                    yield f"{space}if ({self._number(condition)}) {{"
-                    yield from self._statements(then, depth + 1)
-                    if orelse:
-                        yield f"{space}}} else {{"
-                        yield from self._statements(orelse, depth + 1)
-                    yield f"{space}}}"
-                case ast.For(ast.Name(name), ast.Call(ast.Name("range"), [ast.Constant(count)]), inner):
-                    yield f"{space}for (int {name} = 0; {name} < {count}; {name}++) {{"
-                    yield from self._statements(inner, depth + 1)
-                    yield f"{space}}}"
+                case ast.If() | ast.For():
+                    yield from self._block(one, depth)
                 case _:
                     raise TypeError(f"{self._name}: {ast.unparse(one)} has no form in C")
+
+    def _block(self, block: ast.If | ast.For, depth: int) -> Iterator[str]:
+        space = "    " * depth
+        match block:
+            case ast.If(condition, then, orelse):
+                yield f"{space}if ({self._number(condition)}) {{"
+                yield from self._statements(then, depth + 1)
+                if orelse:
+                    yield f"{space}}} else {{"
+                    yield from self._statements(orelse, depth + 1)
+            case ast.For(ast.Name(name), ast.Call(ast.Name("range"), [ast.Constant(int(count))]), inner):
+                yield f"{space}for (int {name} = 0; {name} < {count}; {name}++) {{"
+                yield from self._statements(inner, depth + 1)
+            case _:
+                raise TypeError(f"{self._name}: {ast.unparse(block)} has no form in C")
+        yield f"{space}}}"
 
     def _target(self, name: str) -> str:
         if name in self._local:
@@ -126,7 +141,7 @@ class _Function:
 
     def _number(self, node: ast.expr) -> str:
         match node:
-            case ast.Constant(value):
+            case ast.Constant(int(value) | float(value)):
                 return repr(float(value))
             case ast.Name(name):
                 return name if name in self._local else self._constant(name)
@@ -155,13 +170,13 @@ class _Function:
         if isinstance(index, ast.Tuple):
             index = index.elts[0]
         match index:
-            case ast.Constant(value):
+            case ast.Constant(int(value)):
                 return str(value)
             case ast.Name("row"):
                 return "row"
             case ast.Name(name):
                 return str(int(self._function.__globals__[name]))
-            case ast.BinOp(ast.Name("row"), ast.Add(), ast.Constant(value)):
+            case ast.BinOp(ast.Name("row"), ast.Add(), ast.Constant(int(value))):
                 return f"row + {value}"
             case _:
                 raise TypeError(f"{self._name}: the place {ast.unparse(index)} has no form in C")

@@ -40,9 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--step", metavar="TIME",
         help='fmu: communication step that it proposes, such as "1 ms" (the sample period of --dataset)',
     )  # fmt: skip
-    parser.add_argument(
-        "--sources-only", action="store_true", help="fmu: compile no binary for this machine"
-    )
+    parser.add_argument("--sources-only", action="store_true", help="fmu: compile no binary for this machine")
 
 
 def run(args: argparse.Namespace) -> int:

@@ -42,7 +42,9 @@ def model_description(unit: Described, version: str) -> str:
 def build_description(unit: Described) -> str:
     """Return `sources/buildDescription.xml` of FMI 3.0."""
     root = Element("fmiBuildDescription", fmiVersion="3.0")
-    build = SubElement(root, "BuildConfiguration", modelIdentifier=unit.identifier, description="any C99 compiler")
+    build = SubElement(
+        root, "BuildConfiguration", modelIdentifier=unit.identifier, description="any C99 compiler"
+    )
     files = SubElement(build, "SourceFileSet", language="C99", compilerOptions="-ffp-contract=off")
     for name in unit.sources:
         SubElement(files, "SourceFile", name=name)
@@ -66,15 +68,18 @@ def _description_3(unit: Described) -> Element:
     _add_experiment(root, unit)
     listed = SubElement(root, "ModelVariables")
     for one in unit.variables:
-        attributes = {"name": one.name, "valueReference": str(one.reference), **_behaviour(one), **_bounds(one)}
+        attributes = {
+            "name": one.name,
+            "valueReference": str(one.reference),
+            **_behaviour(one),
+            **_bounds(one),
+        }
         SubElement(listed, "Float64", attributes)
     structure = SubElement(root, "ModelStructure")
     inputs = {one.name: one for one in unit.variables if one.section in (INPUTS, SLOPES)}
     for one in unit.variables:
         if one.section is OUTPUTS:
-            references = " ".join(
-                str(inputs[name].reference) for name in inputs if _reaches(unit, one, name)
-            )
+            references = " ".join(str(inputs[name].reference) for name in inputs if _reaches(unit, one, name))
             SubElement(structure, "Output", valueReference=str(one.reference), dependencies=references)
     for one in unit.variables:
         if one.section is OUTPUTS:
@@ -106,7 +111,9 @@ def _description_2(unit: Described) -> Element:
         attributes = _behaviour(one)
         start = {"start": attributes.pop("start")} if "start" in attributes else {}
         scalar = SubElement(
-            listed, "ScalarVariable", {"name": one.name, "valueReference": str(one.reference), **_without_unit(attributes)}
+            listed,
+            "ScalarVariable",
+            {"name": one.name, "valueReference": str(one.reference), **_without_unit(attributes)},
         )
         SubElement(scalar, "Real", {"unit": one.variable.unit, **_bounds(one), **start})
     structure = SubElement(root, "ModelStructure")
@@ -114,7 +121,9 @@ def _description_2(unit: Described) -> Element:
     outputs = SubElement(structure, "Outputs")
     for one in unit.variables:
         if one.section is OUTPUTS:
-            indices = " ".join(str(inputs[name].reference + 1) for name in inputs if _reaches(unit, one, name))
+            indices = " ".join(
+                str(inputs[name].reference + 1) for name in inputs if _reaches(unit, one, name)
+            )
             SubElement(outputs, "Unknown", index=str(one.reference + 1), dependencies=indices)
     unknowns = SubElement(structure, "InitialUnknowns")
     for one in unit.variables:
@@ -158,11 +167,11 @@ def _add_experiment(root: Element, unit: Described) -> None:
 def _sentence(unit: Described) -> str:
     plant = unit.plant
     extended = f", extended by {', '.join(plant.mechanisms)}" if plant.mechanisms else ""
-    return f"model of kind {plant.kind}{extended}; {plant.method}, steps of at most {plant.longest_step_s:.6g} s"
+    return (
+        f"model of kind {plant.kind}{extended}; {plant.method}, steps of at most {plant.longest_step_s:.6g} s"
+    )
 
 
 def _text(root: Element) -> str:
     indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="unicode") + "\n"
-
-

@@ -29,9 +29,9 @@ def base_unit(unit: str) -> BaseUnit | None:
     in_base = quantity.to_base_units()
     exponents: dict[str, int] = {}
     for name, power in dict(in_base.units._units).items():
-        if name not in BASE or power != int(power):
+        if name not in BASE or not float(power).is_integer():  # type: ignore[arg-type]
             return None
-        exponents[BASE[name]] = int(power)
+        exponents[BASE[name]] = int(float(power))  # type: ignore[arg-type]
     return BaseUnit(exponents, float(in_base.magnitude))
 
 

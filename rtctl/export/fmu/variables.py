@@ -90,7 +90,11 @@ def _listed(plant: CPlant) -> Iterator[tuple[Section, int, CVariable]]:
         yield PARAMETERS, k, one
     for k, one in enumerate(plant.states):
         name = START.format(name=one.name)
-        yield STARTS, k, CVariable(name=name, unit=one.unit, value=one.value, meaning=f"{one.name} at the start")
+        yield (
+            STARTS,
+            k,
+            CVariable(name=name, unit=one.unit, value=one.value, meaning=f"{one.name} at the start"),
+        )
     meaning = f"longest step of the integrator, {plant.method}"
     yield STEP, 0, CVariable(name=LONGEST_STEP, unit="s", value=plant.longest_step_s, meaning=meaning)
 
@@ -101,9 +105,7 @@ def tables(variables: tuple[FmuVariable, ...]) -> str:
     def listed(texts: Iterator[str]) -> str:
         return ",\n    ".join(texts)
 
-    places = (
-        f"offsetof(plant, {one.section.field}) / sizeof(double) + {one.index}" for one in variables
-    )
+    places = (f"offsetof(plant, {one.section.field}) / sizeof(double) + {one.index}" for one in variables)
     return f"""\
 /* Variables by their value references. */
 enum {{ COMPUTED, INPUT, SLOPE, TUNABLE, START, STEP_LENGTH }};
