@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from rtctl.api.comparison import Comparison, RecordScore, simulate
     from rtctl.api.datasets import read_dataset, write_dataset
     from rtctl.api.diagnosing import Diagnosis, diagnose
+    from rtctl.api.dynamics import Linearised, ModelDynamics, dynamics
     from rtctl.api.exporting import ExportedFmu, export_fmu
     from rtctl.api.first_look.initiation import Initiation, init
     from rtctl.api.first_look.preview import Preview, preview
@@ -39,6 +40,9 @@ _MODULES = {
     "simulate": "rtctl.api.comparison",
     "Diagnosis": "rtctl.api.diagnosing",
     "diagnose": "rtctl.api.diagnosing",
+    "Linearised": "rtctl.api.dynamics",
+    "ModelDynamics": "rtctl.api.dynamics",
+    "dynamics": "rtctl.api.dynamics",
     "ExportedFmu": "rtctl.api.exporting",
     "export_fmu": "rtctl.api.exporting",
     "Initiation": "rtctl.api.first_look.initiation",
@@ -92,7 +96,9 @@ __all__ = [
     "Initiation",
     "InputError",
     "Latency",
+    "Linearised",
     "Model",
+    "ModelDynamics",
     "Parameter",
     "PartInfo",
     "PartList",
@@ -108,6 +114,7 @@ __all__ = [
     "change",
     "demonstrate",
     "diagnose",
+    "dynamics",
     "export_fmu",
     "export_mcap",
     "identify",

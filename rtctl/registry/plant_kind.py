@@ -59,6 +59,8 @@ class ModelFiles:
     """Whether a model file also describes a simulated device, by its `[device]` table."""
     forced: Part = None
     """`(model, units, source) -> Forced`: the model under harmonic drive; None: there is no such simulation."""
+    dynamics: Part = None
+    """`(model, source) -> rtctl.border.dynamics.Dynamics`: the model as differential equations; None: it is none."""
     c_plant: Part = None
     """`(model, source, request: CRequest) -> rtctl.border.c_plant.CPlant`: the model as C source; None: it has none."""
 

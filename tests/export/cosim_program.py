@@ -21,9 +21,7 @@ execution.add_manipulator(manipulator)
 execution.add_observer(observer)
 seen = []
 for k in range(120):
-    manipulator.slave_real_values(
-        slave_index=index, variable_references=DRIVE, values=[math.sin(0.15 * k)]
-    )
+    manipulator.slave_real_values(slave_index=index, variable_references=DRIVE, values=[math.sin(0.15 * k)])
     if not execution.step(step_count=1):
         sys.exit(f"step {k} failed")
     seen.append(observer.last_real_values(slave_index=index, variable_references=DISPLACEMENT)[0])

@@ -65,7 +65,7 @@ def oscillator(folder: Path, *cases: str, cubic: float = 6e5) -> Path:
     text = NOMINAL.replace("CUBIC", repr(cubic))
     for case in cases:
         text += f'[[model.mechanisms]]\nid = "{case.split()[0]}"\nparameters = {{ {MECHANISMS[case]} }}\n'
-    path = folder / "oscillator.toml"
+    path = folder / f"oscillator-{len(cases)}-{cubic:g}.toml"
     path.write_text(text)
     return path
 

@@ -35,7 +35,8 @@ def test_a_unit_is_valid_and_has_units_and_bounds(unit: rtctl.ExportedFmu) -> No
     assert validate_fmu(str(unit.path)) == []
     described = fmpy.read_model_description(str(unit.path))
     by_name = {one.name: one for one in described.modelVariables}
-    assert described.coSimulation.canSerializeFMUstate and described.coSimulation.canGetAndSetFMUstate
+    assert described.coSimulation.canSerializeFMUstate
+    assert described.coSimulation.canGetAndSetFMUstate
     assert not described.coSimulation.providesDirectionalDerivative
     assert (by_name["displacement"].unit, by_name["friction.coulomb.level"].unit) == ("mm", "(mm)/s^2")
     assert float(by_name["friction.coulomb.level"].min) == 0.0
@@ -45,7 +46,11 @@ def test_a_unit_is_valid_and_has_units_and_bounds(unit: rtctl.ExportedFmu) -> No
 
 @pytest.mark.parametrize(
     ("unit", "exponents", "factor"),
-    [("mm/s^2/V", {"m": -1, "kg": -1, "s": 1, "A": 1}, 1e-3), ("mrad", {"rad": 1}, 1e-3), ("cm^0.5/s", None, 1.0)],
+    [
+        ("mm/s^2/V", {"m": -1, "kg": -1, "s": 1, "A": 1}, 1e-3),
+        ("mrad", {"rad": 1}, 1e-3),
+        ("cm^0.5/s", None, 1.0),
+    ],
 )
 def test_units_are_in_base_units(unit: str, exponents: dict[str, int] | None, factor: float) -> None:
     found = base_unit(unit)
@@ -117,11 +122,14 @@ def test_sources_are_plain_c99_without_a_warning(version: str, tmp_path: Path) -
         (EXAMPLE, None),
         (tmp_path / "vo2.toml", None),
     ):
-        made = rtctl.export_fmu(model, tmp_path / "a.fmu", version=version, dataset=records, sources_only=True)
+        made = rtctl.export_fmu(
+            model, tmp_path / "a.fmu", version=version, dataset=records, sources_only=True
+        )
         with zipfile.ZipFile(made.path) as archive:
             names = archive.namelist()
             archive.extractall(tmp_path / "unpacked")
-        assert not made.has_binary and not any(name.startswith("binaries") for name in names)
+        assert not made.has_binary
+        assert not any(name.startswith("binaries") for name in names)
         sources = [name for name in names if name.endswith(".c")]
         strict = ["gcc", "-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O1", "-c"]
         done = subprocess.run(
@@ -138,22 +146,35 @@ def test_two_exports_are_the_same_to_the_bit(tmp_path: Path) -> None:
 def test_a_second_importer_computes_the_same(tmp_path: Path) -> None:
     pytest.importorskip("libcosimpy")
     program = Path(__file__).with_name("cosim_program.py")
-    unit = rtctl.export_fmu(oscillator(tmp_path, "sensor.lag"), tmp_path / "a.fmu", version="2.0", step_s=2e-3)
+    unit = rtctl.export_fmu(
+        oscillator(tmp_path, "sensor.lag"), tmp_path / "a.fmu", version="2.0", step_s=2e-3
+    )
     done = subprocess.run(
         [sys.executable, str(program), str(unit.path)], capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr[-2000:]
-    seen = json.loads(next(line for line in done.stdout.splitlines() if line.startswith("[0.") or line.startswith("[-")))
+    seen = json.loads(
+        next(line for line in done.stdout.splitlines() if line.startswith("[0.") or line.startswith("[-"))
+    )
     t = 2e-3 * np.arange(120)
-    inputs = np.array(list(zip(t, np.sin(0.15 * np.arange(120)), strict=True)), dtype=[("time", "f8"), ("drive", "f8")])
+    inputs = np.array(
+        list(zip(t, np.sin(0.15 * np.arange(120)), strict=True)), dtype=[("time", "f8"), ("drive", "f8")]
+    )
     ran = fmpy.simulate_fmu(
-        str(unit.path), stop_time=t[-1], step_size=2e-3, output_interval=2e-3, input=inputs, output=["displacement"]
+        str(unit.path),
+        stop_time=t[-1],
+        step_size=2e-3,
+        output_interval=2e-3,
+        input=inputs,
+        output=["displacement"],
     )
     np.testing.assert_allclose(seen[:-1], ran["displacement"][1:], rtol=0.0, atol=1e-15)
     assert np.ptp(seen) > 0.01
 
 
-def test_what_cannot_be_exported_is_named_with_its_reason(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_cannot_be_exported_is_named_with_its_reason(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     model = oscillator(tmp_path)
     model.write_text(
         model.read_text()
@@ -161,7 +182,8 @@ def test_what_cannot_be_exported_is_named_with_its_reason(tmp_path: Path, capsys
     )
     assert main(["export", "fmu", "--model", str(model), "--out", str(tmp_path / "a.fmu")]) == 2
     said = capsys.readouterr().err
-    assert "drive.delay has no form in C: a delay needs" in said and str(model) in said
+    assert "drive.delay has no form in C: a delay needs" in said
+    assert str(model) in said
     assert not (tmp_path / "a.fmu").exists()
 
 

@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from plant_sim.equations.c_source.laws import laws, numbers
 from plant_sim.equations.c_source.planning import steps_for
+from plant_sim.equations.extended import extended_system
 from plant_sim.equations.integration.steps import Plan
 from plant_sim.equations.language.tree import Tree, names_in, written
-from plant_sim.equations.mechanisms.workbench import with_terms
-from plant_sim.equations.model import equations_simulation
-from plant_sim.equations.reading import system_of
 from plant_sim.equations.system import System
 from rtctl.border.c_plant import CPlant, CRequest, CVariable
 from rtctl.border.equations.file import EquationsFile
-from rtctl.border.errors import InputError
 
 FOLDER = Path(__file__).parent
 
@@ -35,7 +31,7 @@ def equations_plant(model: EquationsFile, source: str, request: CRequest) -> CPl
     Raises:
         InputError: A part of the model has no form in C; it is named.
     """
-    system = _extended(model, source)
+    system = extended_system(model, source)
     how, step_s = steps_for(model, system, source, request)
     return CPlant(
         kind="equations",
@@ -59,32 +55,6 @@ def equations_plant(model: EquationsFile, source: str, request: CRequest) -> CPl
         direct=tuple(_direct(system, one.value) for one in system.outputs),
         mechanisms=tuple(one.id for one in model.model.mechanisms),
     )  # fmt: skip
-
-
-def _extended(model: EquationsFile, source: str) -> System:
-    """Return the equations with the terms of the model's mechanisms. Raises InputError for one that is no term."""
-    system = system_of(model, source)
-    if not model.model.mechanisms:
-        return system
-    units = {one.name: one.unit for one in system.inputs} | {one.name: one.unit for one in system.outputs}
-    simulation = equations_simulation(model, units, source)
-    without_form = [one.id for one in simulation.mechanisms if not one.family]
-    if without_form:
-        raise InputError(
-            f"{source}: {', '.join(without_form)} has no form in C: what acts on a signal between communication "
-            "points, before it reaches the equations or behind them, is the simulator's; take the table out, or write "
-            "it as equations"
-        )
-    extended = with_terms(system, simulation.mechanisms)
-    values = {
-        one.names[declared.name]: parameter.value
-        for one in simulation.mechanisms
-        for declared in one.parameters
-        for parameter in simulation.parameters
-        if parameter.name == f"{one.id}.{declared.name}"
-    }
-    parameters = tuple(replace(one, value=values.get(one.name, one.value)) for one in extended.parameters)
-    return replace(extended, parameters=parameters)
 
 
 def _direct(system: System, value: Tree) -> tuple[str, ...]:

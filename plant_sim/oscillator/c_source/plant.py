@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +13,7 @@ from plant_sim.oscillator.c_source.equation import CEquation, c_equation
 from plant_sim.oscillator.c_source.planning import Steps, steps_for
 from plant_sim.oscillator.c_source.traced import Traced
 from plant_sim.oscillator.c_source.translation import EXTREMES
-from plant_sim.oscillator.device_table import told_units
+from plant_sim.oscillator.device_table import signal_units
 from plant_sim.oscillator.equation.terms import TERMS
 from plant_sim.oscillator.mechanism import OscillatorMechanism, Values
 from plant_sim.oscillator.model import oscillator_simulation
@@ -21,7 +21,6 @@ from plant_sim.oscillator.simulation import OscillatorSimulation
 from rtctl.border.c_plant import CPlant, CRequest, CVariable
 from rtctl.border.errors import InputError
 from rtctl.border.model_file import ModelFile
-from rtctl.border.quantities import unit_registry
 from rtctl.border.simulation import FreeParameter
 
 FOLDER = Path(__file__).parent
@@ -54,7 +53,7 @@ def oscillator_plant(model: ModelFile, source: str, request: CRequest) -> CPlant
     Raises:
         InputError: A part of the model has no form in C; it is named.
     """
-    simulation = oscillator_simulation(model, _units(model, source, request), source)
+    simulation = oscillator_simulation(model, request.units or signal_units(model, source), source)
     values = np.array([[one.value for one in simulation.parameters]])
     acting = [one for one in simulation.mechanisms if simulation.acts(one, values)]
     _check(simulation, acting, source)
@@ -92,21 +91,6 @@ def oscillator_plant(model: ModelFile, source: str, request: CRequest) -> CPlant
 def c_name(parameter: str) -> str:
     """Return the name in C of a parameter such as "friction.coulomb.level"."""
     return re.sub(r"\W", "_", parameter).upper()
-
-
-def _units(model: ModelFile, source: str, request: CRequest) -> Mapping[str, str]:
-    if request.units:
-        return request.units
-    units = told_units(model)
-    for signal in units:
-        table = model.device.get(signal)
-        units[signal] = units[signal] or (str(table.get("unit", "")) if isinstance(table, dict) else "")
-        if not units[signal]:
-            raise InputError(
-                f"{source}: the parameters do not tell the unit of {signal}; give --dataset with records of the "
-                f'device, or [device.{signal}] with its unit such as "{"mm" if signal == "displacement" else "V"}"'
-            )
-    return {signal: f"{unit_registry().parse_units(unit):~C}" for signal, unit in units.items()}
 
 
 def _check(simulation: OscillatorSimulation, acting: list[OscillatorMechanism], source: str) -> None:

@@ -1,8 +1,8 @@
 """Laws of the equation of motion to C: the functions that kernels are compiled from are the single source.
 
 A law is plain arithmetic of numbers (`plant_sim.oscillator.equation`): assignments, conditions, loops of a fixed
-number, other laws. One that returns several numbers fills `out` with them, in their order. Of `p[row + 2, j]` the lane `j` is
-left out: a plant has one.
+number, other laws. One that returns several numbers fills `out` with them, in their order. Of `p[row + 2, j]` the lane
+`j` is left out: a plant has one.
 """
 
 from __future__ import annotations

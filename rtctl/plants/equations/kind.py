@@ -17,6 +17,7 @@ EQUATIONS = PlantKind(
         read="plant_sim.equations.reading:read_equations",
         write="rtctl.models.equations:write_equations_model",
         simulation="plant_sim.equations.model:equations_simulation",
+        dynamics="plant_sim.equations.dynamics:equations_dynamics",
         c_plant="plant_sim.equations.c_source.plant:equations_plant",
         is_device=True,
     ),
