@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from rtctl.api.identifying.fit import Fit
     from rtctl.api.identifying.identification import identify
     from rtctl.api.machines import Latency, demonstrate, measure_latency, serve, serve_device
+    from rtctl.api.matlab import read_mat, save_mat, save_matlab_function
     from rtctl.api.model import Model, Parameter, read_model
     from rtctl.api.parts import PartInfo, PartList, list_parts
     from rtctl.api.recordings import Replayed, change, recover, replay, watch
@@ -57,6 +58,9 @@ _MODULES = {
     "measure_latency": "rtctl.api.machines",
     "serve": "rtctl.api.machines",
     "serve_device": "rtctl.api.machines",
+    "read_mat": "rtctl.api.matlab",
+    "save_mat": "rtctl.api.matlab",
+    "save_matlab_function": "rtctl.api.matlab",
     "Model": "rtctl.api.model",
     "Parameter": "rtctl.api.model",
     "read_model": "rtctl.api.model",
@@ -124,12 +128,15 @@ __all__ = [
     "measure_latency",
     "preview",
     "read_dataset",
+    "read_mat",
     "read_model",
     "recover",
     "register",
     "replay",
     "reproduce_study",
     "run",
+    "save_mat",
+    "save_matlab_function",
     "serve",
     "serve_device",
     "simulate",

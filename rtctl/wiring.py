@@ -8,8 +8,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rtctl.border.c_plant import CPlant, CRequest
-from rtctl.border.dynamics import Dynamics
 from rtctl.border.errors import InputError, nearest
 from rtctl.border.quantities import convert, read_toml
 from rtctl.border.records import DeviceProfile, Driver
@@ -395,45 +393,6 @@ def build_forced(model: Any, units: Mapping[str, str], source: str) -> Forced:
     if files.forced is None:
         raise InputError(f'{source}: a model of kind "{model.kind}" is not driven harmonically')
     made: Forced = resolved(files.forced, source)(model, units, source)
-    return made
-
-
-def build_c_plant(model: Any, source: str, kind: str, request: CRequest) -> CPlant:
-    """Return a model as C source.
-
-    Args:
-        model: Model as `read_model` returns it.
-        source: File of the model, for messages.
-        kind: Kind of plant.
-        request: What is asked of it.
-
-    Raises:
-        InputError: The model, or a part of it, has no form in C; it is named.
-    """
-    files = _model_files(kind, source)
-    if files.c_plant is None:
-        raise InputError(f'{source}: a model of kind "{kind}" cannot be exported as C source')
-    made: CPlant = resolved(files.c_plant, source)(model, source, request)
-    return made
-
-
-def build_dynamics(model: Any, source: str, kind: str, branch: str | None) -> Dynamics:
-    """Return a model as differential equations.
-
-    Args:
-        model: Model as `read_model` returns it.
-        source: File of the model, for messages.
-        kind: Kind of plant.
-        branch: Branch of a hysteretic plant, "rising" or "falling"; None: that of the kind, or it has none.
-
-    Raises:
-        InputError: The model is no differential equation; the part that is none is named.
-    """
-    files = _model_files(kind, source)
-    if files.dynamics is None:
-        raise InputError(f'{source}: a model of kind "{kind}" is no differential equation')
-    make = resolved(files.dynamics, source)
-    made: Dynamics = make(model, source) if branch is None else make(model, source, branch)
     return made
 
 

@@ -96,7 +96,11 @@ class ModelDynamics:
         from scipy.optimize import root
 
         u = _at(self._levels(inputs), 0.0)
-        found = root(lambda x: self.laws.rates(0.0, x, u), self.laws.initial, tol=1e-12)
+
+        def drift(x: FloatArray) -> FloatArray:
+            return self.laws.rates(0.0, x, u)
+
+        found = root(drift, self.laws.initial, tol=1e-12)
         if not found.success and not np.allclose(self.laws.rates(0.0, found.x, u), 0.0, atol=1e-9):
             raise InputError(f"{self.name}: no state of rest was found from the start: {found.message}")
         return np.asarray(found.x)
@@ -120,13 +124,13 @@ class ModelDynamics:
             raise InputError(
                 f"{self.name}: states must be {len(self.laws.states)} finite numbers, got {states!r}"
             )
-        of_states = [
-            _slopes(lambda one, law=law: law(time_s, one, u), x) for law in (self.laws.rates, self.laws.read)
-        ]
-        of_inputs = [
-            _slopes(lambda one, law=law: law(time_s, x, one), u) for law in (self.laws.rates, self.laws.read)
-        ]
-        return Linearised(of_states[0], of_inputs[0], of_states[1], of_inputs[1])
+        rates, read = self.laws.rates, self.laws.read
+        return Linearised(
+            A=_slopes(lambda one: rates(time_s, one, u), x),
+            B=_slopes(lambda one: rates(time_s, x, one), u),
+            C=_slopes(lambda one: read(time_s, one, u), x),
+            D=_slopes(lambda one: read(time_s, x, one), u),
+        )
 
     def linearise(
         self, states: Any = None, inputs: Mapping[str, float] | None = None, time_s: float = 0.0
@@ -175,7 +179,7 @@ def dynamics(model: Model | PathText, *, branch: str | None = None) -> ModelDyna
     Raises:
         InputError: A part of the model is no differential equation (an event, a delay, a play); it is named.
     """
-    from rtctl.wiring import build_dynamics
+    from rtctl.export.of_models import build_dynamics
 
     content = model_of(model)
     source = str(content.source or "the model")

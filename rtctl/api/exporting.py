@@ -71,7 +71,7 @@ def export_fmu(
     """
     from rtctl.export.fmu.archive import write_unit
     from rtctl.export.fmu.binary import can_compile_for, find_compiler
-    from rtctl.wiring import build_c_plant
+    from rtctl.export.of_models import build_c_plant
 
     target = path_of("out", out)
     if version not in VERSIONS:

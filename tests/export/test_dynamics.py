@@ -116,7 +116,7 @@ def test_a_vo2_on_a_branch_is_a_lag_and_a_slope(tmp_path: Path) -> None:
 def test_what_is_no_differential_equation_is_refused_with_its_name(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"events: .*bounce"):
         rtctl.dynamics(EXAMPLES / "bouncing_ball.toml")
-    with pytest.raises(InputError, match="actuator.backlash is no differential equation"):
+    with pytest.raises(InputError, match=r"actuator\.backlash is no differential equation"):
         rtctl.dynamics(oscillator(tmp_path, "actuator.backlash"))
     made = rtctl.dynamics(oscillator(tmp_path))
     with pytest.raises(InputError, match='no input "driv"; did you mean "drive"'):

@@ -17,6 +17,7 @@ C = Dialect(
     either=" || ",
     both=" && ",
     negation="!{of}",
+    unequal="!=",
     also="&&",
 )
 ARGUMENTS = "(const double *x, const double *u, double t, const double *p, double *out)"

@@ -40,6 +40,7 @@ class Dialect(NamedTuple):
     either: str
     both: str
     negation: str
+    unequal: str
     also: str
     """Between two conditions of which both must hold, when the second may go unread."""
 
@@ -52,6 +53,7 @@ PYTHON = Dialect(
     either=" | ",
     both=" & ",
     negation="not {of}",
+    unequal="!=",
     also="and",
 )
 
@@ -161,6 +163,8 @@ class _Writer:
                 return f"-{self.number(of)}"
             case Operation("^", base, exponent):
                 return self._power(base, exponent)
+            case Comparison("!=", left, right):
+                return f"{self.number(left)} {self._dialect.unequal} {self.number(right)}"
             case Operation(operator, left, right) | Comparison(operator, left, right):
                 return f"{self.number(left)} {operator} {self.number(right)}"
             case Logic("not", (one,)):

@@ -18,6 +18,7 @@ EQUATIONS = PlantKind(
         write="rtctl.models.equations:write_equations_model",
         simulation="plant_sim.equations.model:equations_simulation",
         dynamics="plant_sim.equations.dynamics:equations_dynamics",
+        matlab_function="plant_sim.equations.matlab_source:equations_function",
         c_plant="plant_sim.equations.c_source.plant:equations_plant",
         is_device=True,
     ),
