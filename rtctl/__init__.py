@@ -16,14 +16,14 @@ if TYPE_CHECKING:
     from rtctl.api.comparison import Comparison, RecordScore, simulate
     from rtctl.api.datasets import read_dataset, write_dataset
     from rtctl.api.diagnosing import Diagnosis, diagnose
-    from rtctl.api.dynamics import Linearised, ModelDynamics, dynamics
-    from rtctl.api.exporting import ExportedFmu, export_fmu
+    from rtctl.api.exporting.dynamics import Linearised, ModelDynamics, dynamics
+    from rtctl.api.exporting.fmu import ExportedFmu, export_fmu
+    from rtctl.api.exporting.matlab import read_mat, save_mat, save_matlab_function
     from rtctl.api.first_look.initiation import Initiation, init
     from rtctl.api.first_look.preview import Preview, preview
     from rtctl.api.identifying.fit import Fit
     from rtctl.api.identifying.identification import identify
     from rtctl.api.machines import Latency, demonstrate, measure_latency, serve, serve_device
-    from rtctl.api.matlab import read_mat, save_mat, save_matlab_function
     from rtctl.api.model import Model, Parameter, read_model
     from rtctl.api.parts import PartInfo, PartList, list_parts
     from rtctl.api.recordings import Replayed, change, recover, replay, watch
@@ -41,11 +41,11 @@ _MODULES = {
     "simulate": "rtctl.api.comparison",
     "Diagnosis": "rtctl.api.diagnosing",
     "diagnose": "rtctl.api.diagnosing",
-    "Linearised": "rtctl.api.dynamics",
-    "ModelDynamics": "rtctl.api.dynamics",
-    "dynamics": "rtctl.api.dynamics",
-    "ExportedFmu": "rtctl.api.exporting",
-    "export_fmu": "rtctl.api.exporting",
+    "Linearised": "rtctl.api.exporting.dynamics",
+    "ModelDynamics": "rtctl.api.exporting.dynamics",
+    "dynamics": "rtctl.api.exporting.dynamics",
+    "ExportedFmu": "rtctl.api.exporting.fmu",
+    "export_fmu": "rtctl.api.exporting.fmu",
     "Initiation": "rtctl.api.first_look.initiation",
     "init": "rtctl.api.first_look.initiation",
     "Preview": "rtctl.api.first_look.preview",
@@ -58,9 +58,9 @@ _MODULES = {
     "measure_latency": "rtctl.api.machines",
     "serve": "rtctl.api.machines",
     "serve_device": "rtctl.api.machines",
-    "read_mat": "rtctl.api.matlab",
-    "save_mat": "rtctl.api.matlab",
-    "save_matlab_function": "rtctl.api.matlab",
+    "read_mat": "rtctl.api.exporting.matlab",
+    "save_mat": "rtctl.api.exporting.matlab",
+    "save_matlab_function": "rtctl.api.exporting.matlab",
     "Model": "rtctl.api.model",
     "Parameter": "rtctl.api.model",
     "read_model": "rtctl.api.model",

@@ -1,4 +1,4 @@
-"""An oscillator with its mechanisms as `rtctl.border.dynamics.Dynamics`.
+"""An oscillator with its mechanisms as `rtctl.border.exported.dynamics.Dynamics`.
 
 State order: displacement, velocity, the states of mechanisms in the equation, then those of the path: the drive
 behind a lag; the second mode and its rate; what a high-pass takes off; the reading behind a lag.
@@ -18,8 +18,8 @@ from plant_sim.oscillator.model import oscillator_simulation
 from plant_sim.oscillator.motion import Equation
 from plant_sim.oscillator.streaming import WITHOUT_MEMORY
 from rtctl.border.arrays import FloatArray
-from rtctl.border.dynamics import Channel, Dynamics
 from rtctl.border.errors import InputError
+from rtctl.border.exported.dynamics import Channel, Dynamics
 from rtctl.border.model_file import ModelFile
 
 WITH_STATES: dict[str, tuple[str, ...]] = {

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from rtctl.border.c_plant import CPlant, CRequest
-from rtctl.border.dynamics import Dynamics
 from rtctl.border.errors import InputError
+from rtctl.border.exported.c_plant import CPlant, CRequest
+from rtctl.border.exported.dynamics import Dynamics
 from rtctl.registry import plant_kinds
 from rtctl.registry.loading import resolved
 

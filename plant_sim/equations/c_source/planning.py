@@ -13,9 +13,9 @@ from plant_sim.equations.marching import Marching
 from plant_sim.equations.model import equations_simulation
 from plant_sim.equations.system import System
 from rtctl.border.arrays import FloatArray
-from rtctl.border.c_plant import CRequest
 from rtctl.border.equations.file import EquationsFile
 from rtctl.border.errors import InputError
+from rtctl.border.exported.c_plant import CRequest
 from rtctl.border.simulation import Stimulus
 
 LEVELS = (0.0, 1.0)

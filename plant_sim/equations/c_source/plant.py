@@ -9,12 +9,12 @@ import numpy as np
 
 from plant_sim.equations.c_source.laws import laws, numbers
 from plant_sim.equations.c_source.planning import steps_for
-from plant_sim.equations.extended import extended_system
+from plant_sim.equations.exported.extended import extended_system
 from plant_sim.equations.integration.steps import Plan
 from plant_sim.equations.language.tree import Tree, names_in, written
 from plant_sim.equations.system import System
-from rtctl.border.c_plant import CPlant, CRequest, CVariable
 from rtctl.border.equations.file import EquationsFile
+from rtctl.border.exported.c_plant import CPlant, CRequest, CVariable
 
 FOLDER = Path(__file__).parent
 

@@ -13,8 +13,8 @@ from plant_sim.oscillator.mechanism import OscillatorMechanism
 from plant_sim.oscillator.motion import Equation
 from plant_sim.oscillator.simulation import OscillatorSimulation
 from rtctl.border.arrays import FloatArray
-from rtctl.border.c_plant import CRequest
 from rtctl.border.errors import InputError
+from rtctl.border.exported.c_plant import CRequest
 from rtctl.border.simulation import Stimulus
 
 SAMPLES_PER_PERIOD = 32.0

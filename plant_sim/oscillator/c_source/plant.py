@@ -18,8 +18,8 @@ from plant_sim.oscillator.equation.terms import TERMS
 from plant_sim.oscillator.mechanism import OscillatorMechanism, Values
 from plant_sim.oscillator.model import oscillator_simulation
 from plant_sim.oscillator.simulation import OscillatorSimulation
-from rtctl.border.c_plant import CPlant, CRequest, CVariable
 from rtctl.border.errors import InputError
+from rtctl.border.exported.c_plant import CPlant, CRequest, CVariable
 from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import FreeParameter
 

@@ -70,7 +70,7 @@ def _mcap(args: argparse.Namespace) -> int:
 
 
 def _fmu(args: argparse.Namespace) -> int:
-    from rtctl.api.exporting import export_fmu
+    from rtctl.api.exporting.fmu import export_fmu
     from rtctl.cli.options import output_file, print_json
     from rtctl.output.progress import say
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from importlib.resources import files as package_files
 from pathlib import Path
 
-from rtctl.border.c_plant import HEADER, CPlant, sizes
+from rtctl.border.exported.c_plant import HEADER, CPlant, sizes
 from rtctl.export.fmu.binary import can_compile_for, compile_unit
 from rtctl.export.fmu.description import Described, build_description, model_description
 from rtctl.export.fmu.variables import tables, variables_of

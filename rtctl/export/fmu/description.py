@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from rtctl.border.c_plant import CPlant
+from rtctl.border.exported.c_plant import CPlant
 from rtctl.export.fmu.units import add_unit_definitions
 from rtctl.export.fmu.variables import INPUTS, OUTPUTS, SLOPES, STATES, FmuVariable
 from rtctl.version import __version__

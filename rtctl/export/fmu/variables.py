@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from rtctl.border.c_plant import CPlant, CVariable
 from rtctl.border.errors import InputError
+from rtctl.border.exported.c_plant import CPlant, CVariable
 
 TIME = 0
 """Value reference of the time; those of the inputs follow, `FIRST_INPUT` in C."""

@@ -1,4 +1,4 @@
-"""An identified VO2 model on one branch of its major loop, as `rtctl.border.dynamics.Dynamics`.
+"""An identified VO2 model on one branch of its major loop, as `rtctl.border.exported.dynamics.Dynamics`.
 
 tau s' = i^2 - s, s [mA^2] the square of the current that holds the present temperature; resistance and deflection are
 those that a full cooling and a rise to sqrt(s) leave, or a full heating and a fall to it. So it says how the plant
@@ -12,8 +12,8 @@ import math
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.dynamics import Channel, Dynamics
 from rtctl.border.errors import InputError
+from rtctl.border.exported.dynamics import Channel, Dynamics
 from rtctl.hysteresis.preisach.model import PreisachModel, preisach_step
 from rtctl.models.vo2 import Vo2Model
 from rtctl.simulations.vo2.model import UNITS, vo2_simulation

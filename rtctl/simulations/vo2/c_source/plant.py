@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.c_plant import CPlant, CRequest, CVariable
 from rtctl.border.errors import InputError
+from rtctl.border.exported.c_plant import CPlant, CRequest, CVariable
 from rtctl.hysteresis.preisach.model import MAX_EXTREMA, PreisachParams
 from rtctl.models.vo2 import Vo2Model
 from rtctl.simulations.vo2.model import vo2_simulation

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from plant_sim.equations.compiled.source import Dialect, law_source, numbers_source
-from plant_sim.equations.extended import extended_system
+from plant_sim.equations.exported.extended import extended_system
 from plant_sim.equations.language.tree import written
 from plant_sim.equations.system import System
 from rtctl.border.equations.file import EquationsFile

@@ -1,16 +1,16 @@
-"""A model of one's own equations as `rtctl.border.dynamics.Dynamics`: its file's units in and out."""
+"""A model of one's own equations as `rtctl.border.exported.dynamics.Dynamics`: its file's units in and out."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from plant_sim.equations.extended import extended_system
+from plant_sim.equations.exported.extended import extended_system
 from plant_sim.equations.integration.steps import Places, outputs_at, rates_at
 from plant_sim.equations.system import System
 from rtctl.border.arrays import FloatArray
-from rtctl.border.dynamics import Channel, Dynamics
 from rtctl.border.equations.file import EquationsFile
 from rtctl.border.errors import InputError
+from rtctl.border.exported.dynamics import Channel, Dynamics
 
 
 def equations_dynamics(model: EquationsFile, source: str) -> Dynamics:

@@ -11,8 +11,8 @@ import numpy as np
 from rtctl.api.inputs import PathText
 from rtctl.api.model import Model, model_of
 from rtctl.border.arrays import FloatArray
-from rtctl.border.dynamics import Channel, Dynamics
 from rtctl.border.errors import InputError, nearest
+from rtctl.border.exported.dynamics import Channel, Dynamics
 
 if TYPE_CHECKING:
     import control

@@ -1,7 +1,7 @@
 """A plant as C source: what crosses from a kind of plant, which writes it, to an export, which wraps and compiles it.
 
 The source defines three functions of `plant`, a plain structure of doubles whose sizes follow from the record (see
-`rtctl/border/plant.h`): all memory of the plant is in it, so a copy of the structure is a copy of the state.
+`rtctl/border/exported/plant.h`): all memory of the plant is in it, so a copy of the structure is a copy of the state.
 """
 
 from __future__ import annotations

@@ -9,8 +9,8 @@ from typing import Any
 from rtctl.api.datasets import stored_dataset_of
 from rtctl.api.inputs import PathText, path_of
 from rtctl.api.model import Model, model_of
-from rtctl.border.c_plant import CRequest
 from rtctl.border.errors import InputError, nearest
+from rtctl.border.exported.c_plant import CRequest
 from rtctl.measured.dataset import Dataset
 
 VERSIONS = ("3.0", "2.0")

@@ -1,0 +1,1 @@
+"""Models for other programs: functional mock-up units, SciPy and python-control, MATLAB."""
