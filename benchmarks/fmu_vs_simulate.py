@@ -59,7 +59,9 @@ def main() -> None:
                 ),
             )
         )
-        print("| kind | models | largest difference, of the range | file [kB] | library [kB] | step in FMPy [us] |")
+        print(
+            "| kind | models | largest difference, of the range | file [kB] | library [kB] | step in FMPy [us] |"
+        )
         print("|---|---|---|---|---|---|")
         for kind, cases in groups.items():
             errors, files, libraries, steps = [], [], [], []
