@@ -166,7 +166,7 @@ def _seeded(seed: int | None) -> dict[str, int]:
 
 
 def load_plant(path: Path, seed: int | None = None) -> Plant:
-    """Return the simulated device of a plant file, by its `[plant] kind`, a model file by its `[model] kind`, or a unit.
+    """Return the simulated device of a plant file by its `[plant] kind`, a model file by its `[model] kind`, a unit.
 
     Args:
         path: plant file, or model file of a kind whose devices are their models.

@@ -36,7 +36,8 @@ class FmuPlant:
         self.low = tuple(one.low for one in unit.inputs)
         self.high = tuple(one.high for one in unit.inputs)
         self.safe = tuple(one.start for one in unit.inputs)
-        self._unit, self._slave = unit, None
+        self._unit = unit
+        self._slave: Any = None
         folder = tempfile.mkdtemp(prefix="rtctl-fmu-")
         weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
         self._folder = fmpy.extract(str(unit.path), folder)
@@ -75,7 +76,7 @@ class FmuPlant:
             _log.warning("%s: %s", self._unit.path, error)
 
     def _set(self, levels: Sequence[float]) -> None:
-        slave: Any = self._slave
+        slave = self._slave
         references = [one.reference for one in self._unit.inputs]
         (slave.setFloat64 if self._is_3 else slave.setReal)(references, [float(one) for one in levels])
 
@@ -106,7 +107,7 @@ class FmuPlant:
 
     def _step(self, dt_s: float) -> None:
         if dt_s > 0.0:
-            slave: Any = self._slave
+            slave = self._slave
             slave.doStep(currentCommunicationPoint=self._time_s, communicationStepSize=dt_s)
             self._time_s += dt_s
 
@@ -115,7 +116,7 @@ class FmuPlant:
         count = len(self._unit.outputs)
         if self.diverged:
             return (math.nan,) * count, math.nan
-        slave: Any = self._slave
+        slave = self._slave
         references = [one.reference for one in self._unit.outputs]
         try:
             found = (slave.getFloat64 if self._is_3 else slave.getReal)(references)

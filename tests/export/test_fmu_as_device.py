@@ -9,11 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from wire_cases import served_process
 
 import rtctl
 from plant_sim.equations.plant import load_plant as load_equations
 from plant_sim.fmu.plant import load_plant as load_unit
 from rtctl.border.errors import InputError
+from rtctl.cli import main
 from rtctl.wiring import load_plant
 
 pytest.importorskip("fmpy")
@@ -109,3 +111,48 @@ def test_a_plant_file_names_a_unit(unit: Path, tmp_path: Path) -> None:
     (tmp_path / "plant.toml").write_text('[plant]\nkind = "fmu"\n')
     with pytest.raises(InputError, match=r'key "plant\.file" must name a unit'):
         load_plant(tmp_path / "plant.toml")
+
+
+SCENARIO = """
+[scenario]
+title = "a unit, recorded"
+plant = "equations"
+model = "oscillator.toml"
+period = "2 ms"
+
+[limits]
+low = "-2 V"
+high = "2 V"
+safe = "0 V"
+sensed_low = "-10 mm"
+sensed_high = "10 mm"
+
+[[excitation]]
+kind = "random_multisine"
+use = "fit"
+duration = "0.8 s"
+frequency_low = "5 Hz"
+frequency_high = "30 Hz"
+amplitude = "30 %"
+seed = 1
+"""
+
+
+@pytest.mark.wire
+def test_a_served_unit_is_recorded_and_its_model_is_right_about_it(tmp_path: Path) -> None:
+    equations = Path("scenarios/models/equations/oscillator.toml")
+    shutil.copy(equations, tmp_path / "oscillator.toml")
+    rtctl.export_fmu(equations, tmp_path / "beam.fmu", step_s=2e-3)
+    (tmp_path / "scenario.toml").write_text(SCENARIO)
+    with served_process(str(tmp_path / "beam.fmu"), "modbus-tcp", tmp_path) as served:
+        words = [
+            "acquire",
+            str(tmp_path / "scenario.toml"),
+            "--out",
+            str(tmp_path / "data"),
+            *served.settings,
+        ]
+        assert main(words) == 0
+    compared = rtctl.simulate(equations, tmp_path / "data" / "dataset.toml")
+    assert compared.scores[0].rms_variation > 0.02
+    assert compared.scores[0].share < 1e-4
