@@ -10,6 +10,7 @@ import math
 from collections.abc import Sequence
 
 from rtctl.border.arrays import FloatArray
+from rtctl.border.elementary import log
 from rtctl.border.kernels import kernel
 from rtctl.estimators.composite import SURROGATE_MARGIN
 from rtctl.hysteresis.egpi import EgpiParams, egpi_step
@@ -34,7 +35,7 @@ def gap_free_composite_step(
     egpi: EgpiParams,
 ) -> tuple[float, float, float, int]:
     """Return deflection [um], surrogate [mA], slope -d ln R / d surrogate [1/mA], status; advance the states."""
-    reading = -math.log(resistance_ohm) if resistance_ohm > 0.0 else math.nan
+    reading = -log(resistance_ohm) if resistance_ohm > 0.0 else math.nan
     point: BranchPoint = gap_free_inverse_step(inverse_state, reading, inverse)
     v = min(max(point.v, low), high)
     return egpi_step(plays, v, egpi), v, point.slope, point.status
