@@ -13,9 +13,9 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "watch": ("rtctl watch out/steps", "rtctl watch out/steps --control --mcap steps.mcap --epics LAB:VO2:"),
     "export": (
         "rtctl export mcap out/steps --out steps.mcap",
-        "rtctl export mcap out/steps --out steps.mcap --json",
+        "rtctl export c --scenario steps --model model.toml --out loop_c",
     ),
-    "replay": ("rtctl replay out/steps", "rtctl replay out/steps --out out/again"),
+    "replay": ("rtctl replay out/steps", "rtctl replay out/steps --export loop_c"),
     "recover": ("rtctl recover out/steps", "rtctl recover out/steps --json"),
     "acquire": (
         "rtctl acquire acquire_oscillator --out data",

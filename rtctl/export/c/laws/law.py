@@ -34,7 +34,9 @@ INPUT = RecordType(
     (
         Field("sensed", REAL, 0, "the reading [ohm]; NaN where there is none"),
         Field("setpoint", REAL, 0, "the setpoint of this sample [um]"),
-        Field("upcoming", REAL, 0, "the setpoint that the next command aims at [um]; as `setpoint` if unknown"),
+        Field(
+            "upcoming", REAL, 0, "the setpoint that the next command aims at [um]; as `setpoint` if unknown"
+        ),
         Field("periods", INT, 0, "periods since the sample before: 1, or more where some were missed"),
         Field("status", INT, 0, "the device's status bits: docs/registers.md"),
         Field("counter", LONG, 0, "the device's sample counter, modulo 2^32"),

@@ -27,7 +27,9 @@ Record = Any
 
 
 # long because it is the text of the exported functions, which share what is chosen here
-def sample_of(estimate: Callable[..., Any], forward: Callable[..., Any] | None, delay: int) -> Callable[..., Any]:  # noqa: C901
+def sample_of(
+    estimate: Callable[..., Any], forward: Callable[..., Any] | None, delay: int
+) -> Callable[..., Any]:  # noqa: C901
     """Return the function of one sample.
 
     Args:

@@ -12,7 +12,7 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
 from rtctl.controllers.feedforward import InverseFeedforward
 from rtctl.controllers.pi import NoFeedforward, PiController
-from rtctl.estimators.observer import filter_start, observer_params, PROBE_MA2, ObserverEstimator
+from rtctl.estimators.observer import PROBE_MA2, ObserverEstimator, filter_start, observer_params
 from rtctl.export.c.laws.feedforward import feedforward
 from rtctl.export.c.laws.law import Law, Memory
 from rtctl.export.c.laws.observer import observer
@@ -70,7 +70,9 @@ def vo2_law(model: Vo2Model, parts: Parts, extrema: int) -> Law:
     if type(controller) is not PiController:
         raise InputError(f"export c: the controller is a {type(controller).__name__}; a PI can be exported")
     if limits.stop:
-        raise InputError("export c: limits.stop = true cannot be exported: the exported loop limits, it does not stop")
+        raise InputError(
+            "export c: limits.stop = true cannot be exported: the exported loop limits, it does not stop"
+        )
     forward = controller.feedforward
     if type(forward) not in (NoFeedforward, InverseFeedforward):
         raise InputError(
@@ -119,7 +121,9 @@ def _loop_memory(parts: Parts) -> list[Memory]:
     """Return the memory of limits, controller and guards, the rules of the latter in it."""
     limits, controller, guard = parts.limits, parts.controller, parts.guard
     gains = controller.gains
-    control = np.array([0.0, 0.0, gains.kp, gains.ki, controller.deadband, limits.low, limits.high, limits.slew_per_s])
+    control = np.array(
+        [0.0, 0.0, gains.kp, gains.ki, controller.deadband, limits.low, limits.high, limits.slew_per_s]
+    )
     memory = [
         Memory("known", 0, "1: there is a reading before"),
         Memory("settle_left", parts.settle_steps + 1, "readings at the safe level before the loop closes"),
@@ -128,7 +132,11 @@ def _loop_memory(parts: Parts) -> list[Memory]:
         Memory("sent", np.full(parts.delay + 1, limits.safe), "the levels before it, the oldest first [mA]"),
         Memory("control", control, "integral, error, kp, ki, deadband, low, high, slew"),
         Memory("mean_square", limits.safe * limits.safe, "of the command [mA^2]"),
-        Memory("rms_squared", limits.rms * limits.rms if math.isfinite(limits.rms) else math.inf, "its limit [mA^2]"),
+        Memory(
+            "rms_squared",
+            limits.rms * limits.rms if math.isfinite(limits.rms) else math.inf,
+            "its limit [mA^2]",
+        ),
         Memory("rms_window_s", limits.rms_window_s, "time constant of the mean [s]"),
         Memory("sensed", 0.0, "the reading before [ohm]"),
         Memory("counter", np.int64(0), "its sample counter"),
@@ -139,7 +147,9 @@ def _loop_memory(parts: Parts) -> list[Memory]:
         Memory("sensed_low", parts.plausibility.sensed_low[0], "plausible readings [ohm]"),
         Memory("sensed_high", parts.plausibility.sensed_high[0]),
         Memory("guarded", 0 if guard is None else 1, "1: readings are held to those before them"),
-        Memory("rate", math.inf if guard is None else guard.rules.rates[0], "largest change of a reading [ohm/s]"),
+        Memory(
+            "rate", math.inf if guard is None else guard.rules.rates[0], "largest change of a reading [ohm/s]"
+        ),
     ]
     found = (guard or ReadingGuard(NO_RULES)).memory
     for name in found.dtype.names or ():

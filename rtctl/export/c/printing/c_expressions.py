@@ -133,8 +133,15 @@ class Expressions:
             return f"&{array}[{self.text(node.slice)}]", UNARY
         if isinstance(node.slice, ast.Slice):
             first = "0" if node.slice.lower is None else self._index(node.value, node.slice.lower, "size")
-            last = f"{array}.size" if node.slice.upper is None else self._index(node.value, node.slice.upper, "size")
-            return f"{'list' if self.is_constant(node.value) else 'array'}_part({array}, {first}, {last})", ATOM
+            last = (
+                f"{array}.size"
+                if node.slice.upper is None
+                else self._index(node.value, node.slice.upper, "size")
+            )
+            return (
+                f"{'list' if self.is_constant(node.value) else 'array'}_part({array}, {first}, {last})",
+                ATOM,
+            )
         if isinstance(node.slice, ast.Tuple):
             i, j = node.slice.elts
             row, column = self._index(node.value, i, "rows"), self._index(node.value, j, "columns")
@@ -163,7 +170,9 @@ class Expressions:
     def _BoolOp(self, node: ast.BoolOp) -> tuple[str, int]:
         sign, level = ("&&", AND) if isinstance(node.op, ast.And) else ("||", OR)
         # the other operator in parentheses: compilers warn where they are mixed
-        return f" {sign} ".join(self.text(value, COMPARE if level == OR else AND + 1) for value in node.values), level
+        return f" {sign} ".join(
+            self.text(value, COMPARE if level == OR else AND + 1) for value in node.values
+        ), level
 
     def _Compare(self, node: ast.Compare) -> tuple[str, int]:
         operands = [node.left, *node.comparators]
@@ -171,7 +180,9 @@ class Expressions:
         for left, op, right in zip(operands, node.ops, operands[1:], strict=False):
             kind = self._common(left, right)
             level = COMPARE + 1
-            parts.append(f"{self.text(left, level, kind)} {COMPARISONS[type(op)]} {self.text(right, level, kind)}")
+            parts.append(
+                f"{self.text(left, level, kind)} {COMPARISONS[type(op)]} {self.text(right, level, kind)}"
+            )
         return " && ".join(parts), COMPARE if len(parts) == 1 else AND
 
     def _common(self, left: ast.expr, right: ast.expr) -> Type:
@@ -192,7 +203,12 @@ class Expressions:
     def _Call(self, node: ast.Call) -> tuple[str, int]:
         if isinstance(node.func, ast.Attribute):
             called = node.func.attr
-            names = {"sqrt": "REAL_SQRT", "copysign": "REAL_COPYSIGN", "isfinite": "real_is_finite", "isnan": "real_is_nan"}
+            names = {
+                "sqrt": "REAL_SQRT",
+                "copysign": "REAL_COPYSIGN",
+                "isfinite": "real_is_finite",
+                "isnan": "real_is_nan",
+            }
             return f"{names[called]}({', '.join(self.text(one, kind=REAL) for one in node.args)})", ATOM
         assert isinstance(node.func, ast.Name)
         if node in self.instance.calls:

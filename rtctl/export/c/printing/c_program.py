@@ -11,7 +11,7 @@ from rtctl.export.c.printing.c_expressions import c_number
 from rtctl.export.c.printing.c_statements import Function, comment
 from rtctl.export.c.printing.c_tables import constant_lines, first_value_lines, record_lines, struct_lines
 from rtctl.export.c.translation.inference import Instance, Program
-from rtctl.export.c.translation.types import INT, LONG, REAL, StructType, TupleType
+from rtctl.export.c.translation.types import INT, LONG, REAL, StructType
 
 MOST = 110
 """Columns of a line of code."""
@@ -33,9 +33,16 @@ def header(law: Law, heading: str) -> str:
     return "\n".join(lines)
 
 
-def tables(law: Law, program: Program, heading: str) -> str:
+def tables(law: Law, heading: str) -> str:
     """Return `rtctl_tables.h`: the constants of a model."""
-    lines = [*comment(heading), "#ifndef RTCTL_TABLES_H", "#define RTCTL_TABLES_H", "", '#include "rtctl_types.h"', ""]
+    lines = [
+        *comment(heading),
+        "#ifndef RTCTL_TABLES_H",
+        "#define RTCTL_TABLES_H",
+        "",
+        '#include "rtctl_types.h"',
+        "",
+    ]
     lines += constant_lines("CONSTANTS", law.constants, law.sources)
     return "\n".join([*lines, "", "#endif", ""])
 
@@ -75,9 +82,7 @@ def wrapped(line: str) -> str:
     if len(line) <= MOST or line.lstrip().startswith(("*", "/*")):
         return line
     indent = len(line) - len(line.lstrip())
-    found = textwrap.wrap(
-        line.strip(), MOST - indent - 4, break_long_words=False, break_on_hyphens=False
-    )
+    found = textwrap.wrap(line.strip(), MOST - indent - 4, break_long_words=False, break_on_hyphens=False)
     return "\n".join(" " * (indent if k == 0 else indent + 4) + part for k, part in enumerate(found))
 
 
@@ -103,7 +108,9 @@ def _named_numbers(instances: Iterable[Instance]) -> list[str]:
         for name, value in instance.constants.items():
             name = name.lstrip("_")
             if found.setdefault(name, value) != value:
-                raise ValueError(f"{name} is {found[name]} in one module and {value} in {instance.source.module}")
+                raise ValueError(
+                    f"{name} is {found[name]} in one module and {value} in {instance.source.module}"
+                )
     lines = []
     for name, value in sorted(found.items()):
         if isinstance(value, bool):

@@ -75,7 +75,10 @@ class Function:
         kind = self._instance.returns
         if not isinstance(kind, TupleType):
             return []
-        fields = [f"{declared(item, False)} {name};" for name, item in zip(self._result_names(), kind.items, strict=True)]
+        fields = [
+            f"{declared(item, False)} {name};"
+            for name, item in zip(self._result_names(), kind.items, strict=True)
+        ]
         return [f"typedef struct {{ {' '.join(fields)} }} {self._instance.name}_result;"]
 
     def _result_names(self) -> list[str]:
@@ -84,13 +87,25 @@ class Function:
     def head(self) -> str:
         """Return the function's declaration."""
         instance, kind = self._instance, self._instance.returns
-        returns = "void" if kind is None else declared(kind, False) if not isinstance(kind, TupleType) else f"{instance.name}_result"
-        inside = ", ".join(parameter(name, one, name in instance.mutated) for name, one in instance.parameters.items())
+        returns = (
+            "void"
+            if kind is None
+            else declared(kind, False)
+            if not isinstance(kind, TupleType)
+            else f"{instance.name}_result"
+        )
+        inside = ", ".join(
+            parameter(name, one, name in instance.mutated) for name, one in instance.parameters.items()
+        )
         head = f"static {returns} {c_name(instance.name)}({inside})"
         if len(head) <= WIDTH:
             return head
         wrapped = textwrap.wrap(inside, WIDTH - len(STEP))
-        return f"static {returns} {c_name(instance.name)}(\n" + "\n".join(f"{STEP}{line}" for line in wrapped) + ")"
+        return (
+            f"static {returns} {c_name(instance.name)}(\n"
+            + "\n".join(f"{STEP}{line}" for line in wrapped)
+            + ")"
+        )
 
     def lines(self) -> list[str]:
         """Return the whole function."""
@@ -111,7 +126,11 @@ class Function:
             yield from method(statement, depth, declared_here)
 
     def _comments_of(self, statement: ast.stmt, depth: int) -> Iterator[str]:
-        last = statement.lineno if isinstance(statement, ast.If | ast.While | ast.For) else statement.end_lineno or 0
+        last = (
+            statement.lineno
+            if isinstance(statement, ast.If | ast.While | ast.For)
+            else statement.end_lineno or 0
+        )
         for line in range(statement.lineno, last + 1):
             text = self._instance.source.comments.get(line)
             if text and not isinstance(statement, ast.Expr):
@@ -135,7 +154,11 @@ class Function:
             yield f"{STEP * depth}{self._declaration(name)};"
 
     def _declares_itself(self, statement: ast.stmt, name: str) -> bool:
-        if isinstance(statement, ast.For) and isinstance(statement.target, ast.Name) and statement.target.id == name:
+        if (
+            isinstance(statement, ast.For)
+            and isinstance(statement.target, ast.Name)
+            and statement.target.id == name
+        ):
             return True
         if isinstance(statement, ast.AnnAssign):
             return True
@@ -179,11 +202,17 @@ class Function:
         e = self._expressions
         if isinstance(target, ast.Tuple):
             yield from self._unpack(target, value, depth, known)
-        elif isinstance(value, ast.Call) and isinstance(value.func, ast.Attribute) and value.func.attr == "copy":
+        elif (
+            isinstance(value, ast.Call)
+            and isinstance(value.func, ast.Attribute)
+            and value.func.attr == "copy"
+        ):
             assert isinstance(target, ast.Name)
             size = self._instance.sizes.get(target.id, 0)
             yield f"{STEP * depth}real_t {target.id}_memory[{size}];"
-            yield self._set(target.id, f"copy_of({self._list(value.func.value)}, {target.id}_memory)", depth, known)
+            yield self._set(
+                target.id, f"copy_of({self._list(value.func.value)}, {target.id}_memory)", depth, known
+            )
         elif isinstance(target, ast.Name):
             text = e.text(value, kind=e.type_of(target))
             yield self._set(target.id, text, depth, known)
@@ -200,7 +229,11 @@ class Function:
         e, pad = self._expressions, STEP * depth
         if isinstance(value, ast.Tuple):
             set_names = {one.id for one in target.elts if isinstance(one, ast.Name)}
-            used = set().union(*(_used(ast.Expr(one)) for one in value.elts[1:])) if len(value.elts) > 1 else set()
+            used = (
+                set().union(*(_used(ast.Expr(one)) for one in value.elts[1:]))
+                if len(value.elts) > 1
+                else set()
+            )
             stored = [one for one in target.elts if not isinstance(one, ast.Name)]
             values_read = {ast.unparse(one) for entry in value.elts[1:] for one in ast.walk(entry)}
             safe = not (set_names & used) and not any(ast.unparse(one) in values_read for one in stored[:-1])
@@ -234,7 +267,11 @@ class Function:
         else:
             assert isinstance(value, ast.Call)
             called = self._instance.calls[value]
-            fields, result, kind_name = result_names(called), f"result_{self._results}", f"{called.name}_result"
+            fields, result, kind_name = (
+                result_names(called),
+                f"result_{self._results}",
+                f"{called.name}_result",
+            )
         yield f"{pad}const {kind_name} {result} = {e.text(value)};"
         for one, name in zip(target.elts, fields, strict=True):
             if isinstance(one, ast.Name) and one.id == "_":

@@ -36,7 +36,11 @@ def _notes(source: type) -> tuple[str, dict[str, str]]:
         return "", {}
     notes = {}
     for field, text in zip(node.body, node.body[1:], strict=False):
-        if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name) and isinstance(text, ast.Expr):
+        if (
+            isinstance(field, ast.AnnAssign)
+            and isinstance(field.target, ast.Name)
+            and isinstance(text, ast.Expr)
+        ):
             value = text.value
             if isinstance(value, ast.Constant) and isinstance(value.value, str):
                 notes[field.target.id] = value.value

@@ -38,7 +38,9 @@ def output_dtype(real: Any) -> np.dtype[Any]:
     )
 
 
-def inputs_of(run: Recorded, setpoints: FloatArray, preview_s: float, real: Any) -> tuple[Rows, NDArray[np.int64]]:
+def inputs_of(
+    run: Recorded, setpoints: FloatArray, preview_s: float, real: Any
+) -> tuple[Rows, NDArray[np.int64]]:
     """Return the inputs of a run, a start before the first sample and after each fault; and which are samples.
 
     Args:
@@ -94,5 +96,10 @@ def outputs_of(signals: Any, scenario: Scenario) -> dict[str, FloatArray]:
     names = list(signals)
     command = scenario.profile.commands[0].name
     found = dict(zip(("estimate", "surrogate", "standard_error", "estimate_status"), names[2:6], strict=True))
-    found |= {"level": command, "proportional": "proportional", "integral": "integral", "feedforward": "feedforward"}
+    found |= {
+        "level": command,
+        "proportional": "proportional",
+        "integral": "integral",
+        "feedforward": "feedforward",
+    }
     return {name: np.asarray(signals[column]) for name, column in found.items()}

@@ -75,7 +75,9 @@ class Program:
         key = (function, *types)
         found = self._found.get(key)
         if found is not None:
-            if any(size > found.sizes.get(name, 0) for name, size in zip(found.parameters, sizes, strict=True)):
+            if any(
+                size > found.sizes.get(name, 0) for name, size in zip(found.parameters, sizes, strict=True)
+            ):
                 found.sizes |= {
                     name: max(size, found.sizes.get(name, 0))
                     for name, size in zip(found.parameters, sizes, strict=True)
@@ -85,7 +87,9 @@ class Program:
         source = source_of(function)
         names = [argument.arg for argument in source.node.args.args]
         if len(names) != len(types) or source.node.args.kwonlyargs or source.node.args.vararg:
-            raise source.error(source.node, f"takes {len(names)} plain arguments, is called with {len(types)}")
+            raise source.error(
+                source.node, f"takes {len(names)} plain arguments, is called with {len(types)}"
+            )
         instance = Instance(
             self._free_name(function.__name__), source, dict(zip(names, types, strict=True)),
             mutated_parameters(source), dict(zip(names, sizes, strict=True)),
@@ -244,7 +248,9 @@ class _Inference(ast.NodeVisitor):
             raise self._source.error(node, f"{name}: {error}") from None
         if name in self._instance.parameters:
             if wide != known:
-                raise self._source.error(node, f"the parameter {name} changes its type from {known} to {wide}")
+                raise self._source.error(
+                    node, f"the parameter {name} changes its type from {known} to {wide}"
+                )
         else:
             self._instance.locals[name] = wide
 
@@ -397,7 +403,8 @@ class _Inference(ast.NodeVisitor):
             if called in MATHEMATICS:
                 return MATHEMATICS[called]
             raise self._source.error(
-                node, f"math.{function.attr} differs from one C library to another; use rtctl.border.elementary"
+                node,
+                f"math.{function.attr} differs from one C library to another; use rtctl.border.elementary",
             )
         owner = self._of(function.value)
         if isinstance(owner, ArrayType) and function.attr == "copy" and not kinds:

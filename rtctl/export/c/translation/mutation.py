@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Callable
-from functools import lru_cache
+from functools import cache
 from typing import Any
 
 from rtctl.export.c.translation.source import Source, source_of
@@ -15,7 +15,7 @@ def mutated_parameters(source: Source) -> frozenset[str]:
     return _mutated(source.function)
 
 
-@lru_cache(maxsize=None)
+@cache
 def _mutated(function: Callable[..., Any]) -> frozenset[str]:
     source = source_of(function)
     roots = roots_of(source)
