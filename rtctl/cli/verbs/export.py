@@ -1,7 +1,7 @@
 """A recorded run as a file for other programs, or a loop as sources for other machines.
 
-mcap: a run for PlotJuggler, Foxglove and Lichtblick. c: estimator, controller, limits and guards of a scenario as C99 for
-a microcontroller (docs/export-c.md).
+mcap: a run for PlotJuggler, Foxglove and Lichtblick. c: estimator, controller, limits and guards of a scenario as C99
+for a microcontroller (docs/export-c.md).
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ def state_bytes(law: Law) -> int:
         else (one.name, kinds[one.type])
         for one in law.state.fields
     ]
-    return int(np.dtype(fields, align=True).itemsize)  # type: ignore[call-overload]
+    return int(np.dtype(fields, align=True).itemsize)
 
 
 def table_bytes(law: Law) -> int:

@@ -17,7 +17,7 @@ class Memory:
     """A field of the state with its value at the start."""
 
     name: str
-    value: float | int | FloatArray
+    value: float | int | np.int64 | FloatArray
     comment: str = ""
 
     @property

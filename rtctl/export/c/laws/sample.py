@@ -26,10 +26,10 @@ Record = Any
 """A record inside a function; numba knows its type, mypy does not."""
 
 
-# long because it is the text of the exported functions, which share what is chosen here
-def sample_of(
+# complex because it is the text of all exported functions that join the parts, which share what is chosen here
+def sample_of(  # noqa: C901
     estimate: Callable[..., Any], forward: Callable[..., Any] | None, delay: int
-) -> Callable[..., Any]:  # noqa: C901
+) -> Callable[..., Any]:
     """Return the function of one sample.
 
     Args:
@@ -38,6 +38,7 @@ def sample_of(
         delay: age of the command in force when a reading was taken, in commands.
     """
     has_feedforward, oldest = forward is not None, delay
+    feedforward: Any = forward
 
     def counted(s: Record, i: Record) -> int:
         """Return how far the sample counter advanced; the first reading is new."""
@@ -63,7 +64,7 @@ def sample_of(
         s: Record, o: Record, c: Record, value: float, setpoint: float, upcoming: float, elapsed_s: float
     ) -> int:
         """Set the next level by the estimate, within the limits; return a fault."""
-        term = forward(s, c, upcoming, elapsed_s) if has_feedforward else 0.0
+        term = feedforward(s, c, upcoming, elapsed_s) if has_feedforward else 0.0
         allowed, asked, o.proportional, o.integral, o.feedforward = pi_within_limits(
             s.control, term, value, setpoint, s.level, elapsed_s
         )
@@ -88,9 +89,9 @@ def sample_of(
         """Take a sample; return a fault, 0 if there is none."""
         s = state[0]
         s.elapsed_s = i.periods * c.rules.period_s
-        if s.settle_left == 0 and i.periods > 1:  # the level was held meanwhile
-            if not is_affordable(s, s.level, (i.periods - 1) * c.rules.period_s):
-                return TOO_MUCH_ENERGY
+        held_s = (i.periods - 1) * c.rules.period_s
+        if s.settle_left == 0 and i.periods > 1 and not is_affordable(s, s.level, held_s):
+            return TOO_MUCH_ENERGY
         if not accepts(state, i):
             return refusal(state, i)
         s.known, s.sensed, s.counter, s.time_us = 1, i.sensed, i.counter, i.time_us
@@ -108,6 +109,9 @@ def sample_of(
     def sample(state: Record, i: Record, o: Record, c: Record) -> None:
         """Take a sample: from a reading and a setpoint to the next level."""
         s = state[0]
+        o.estimate = o.surrogate = o.standard_error = math.nan
+        o.proportional = o.integral = o.feedforward = 0.0
+        o.estimate_status = 0
         if s.fault == 0:
             s.fault = take(state, i, o, c)
         if s.fault != 0:

@@ -4,26 +4,47 @@ from __future__ import annotations
 
 import math
 from collections import namedtuple
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
 from rtctl.controllers.feedforward import InverseFeedforward
 from rtctl.controllers.pi import NoFeedforward, PiController
-from rtctl.estimators.observer import PROBE_MA2, ObserverEstimator, filter_start, observer_params
-from rtctl.export.c.laws.feedforward import feedforward
+from rtctl.estimators.composite import CompositeEstimator
+from rtctl.estimators.corrected import CorrectedEstimator
+from rtctl.estimators.direct import DirectEgpiEstimator, DirectPreisachEstimator
+from rtctl.estimators.extended_observer import ExtendedObserver
+from rtctl.estimators.gap_free import GapFreeEstimator
+from rtctl.estimators.observer import ObserverEstimator
+from rtctl.export.c.laws.composites import (
+    composite_part,
+    direct_egpi_part,
+    direct_preisach_part,
+    gap_free_part,
+)
+from rtctl.export.c.laws.feedforward import feedforward_part
 from rtctl.export.c.laws.law import Law, Memory
-from rtctl.export.c.laws.observer import observer
+from rtctl.export.c.laws.observer import observer_part
+from rtctl.export.c.laws.parts import Part
 from rtctl.export.c.laws.sample import sample_of
-from rtctl.hysteresis.preisach.model import MAX_EXTREMA
 from rtctl.models.vo2 import Vo2Model
 from rtctl.safety.guards import ReadingGuard, ReadingRules
 from rtctl.safety.limits import CommandLimits
 from rtctl.safety.plausibility import Plausibility
 
 NO_RULES = ReadingRules(names=("",), rates=(math.inf,))
+
+
+ESTIMATORS: dict[type, Callable[[Vo2Model, float, int], Part]] = {
+    ObserverEstimator: observer_part,
+    CompositeEstimator: composite_part,
+    GapFreeEstimator: gap_free_part,
+    DirectEgpiEstimator: direct_egpi_part,
+    DirectPreisachEstimator: direct_preisach_part,
+}
+"""What can be exported, by the class that the loop in Python uses."""
 
 
 class Rules(NamedTuple):
@@ -33,13 +54,6 @@ class Rules(NamedTuple):
     """Sample period [s]."""
     safe: float
     """The level at which the device is at rest [mA]."""
-
-
-class Fit(NamedTuple):
-    """Quality of the identified model."""
-
-    error: float
-    """Standard deviation of the deflection model on its data [um]."""
 
 
 class Parts(NamedTuple):
@@ -79,42 +93,36 @@ def vo2_law(model: Vo2Model, parts: Parts, extrema: int) -> Law:
             f"export c: the feedforward is a {type(forward).__name__}, of a model with mechanisms; "
             'set controller.feedforward = "none", or export the nominal model'
         )
-    if type(parts.estimator) is not ObserverEstimator:
-        raise InputError(
-            f"export c: the estimator is a {type(parts.estimator).__name__}, which cannot be exported"
-        )
+    make = ESTIMATORS.get(type(parts.estimator))
+    if make is None:
+        raise InputError(f"export c: the estimator cannot be exported: {_why_not(parts.estimator)}")
     safe = limits.safe
-    constants: dict[str, Any] = {"rules": Rules(parts.period_s, safe), "fit": Fit(model.deflection_error)}
-    resistance, deflection = model.resistance_preisach, model.deflection_preisach
-    params = observer_params(model)
-    constants |= {"observer": params, "resistance": resistance.params, "deflection": deflection.params}
-    start = safe * safe
-    memory = [
-        *_loop_memory(parts),
-        Memory("filter", filter_start(params, start), "s, probed s, b, m, P_bb, P_bm, P_mm"),
-        Memory("resistance_stack", shortened(resistance.initial_state(safe), extrema), "k, s_0 ..., H_0 ..."),
-        Memory("probed_stack", shortened(resistance.initial_state(math.sqrt(start + PROBE_MA2)), extrema)),
-        Memory("deflection_stack", shortened(deflection.initial_state(safe), extrema)),
-    ]
+    used = [make(model, safe, extrema)]
     if isinstance(forward, InverseFeedforward):
-        constants["inverse"] = forward.params
-        stack = shortened(deflection.initial_state(safe), extrema)
-        memory.append(Memory("feedforward", np.concatenate(([start], stack)), "s [mA^2], then its stack"))
-    made = namedtuple("Constants", constants)(**constants)  # type: ignore[misc]
+        used.append(feedforward_part(forward, model, safe, extrema))
+    constants: dict[str, Any] = {"rules": Rules(parts.period_s, safe)}
+    sources = {"rules.period_s": "scenario.period", "rules.safe": "limits.safe"}
+    for part in used:
+        constants |= part.constants
+        sources |= part.sources
+    made = namedtuple("Constants", constants)(**constants)
     return Law(
-        name="observer",
-        sample=sample_of(observer, feedforward if "inverse" in constants else None, parts.delay),
+        name=used[0].name,
+        sample=sample_of(used[0].function, used[1].function if len(used) > 1 else None, parts.delay),
         constants=made,
-        memory=tuple(memory),
+        memory=(*_loop_memory(parts), *(entry for part in used for entry in part.memory)),
+        sources=sources,
         settle_steps=parts.settle_steps,
     )
 
 
-def shortened(stack: FloatArray, extrema: int) -> FloatArray:
-    """Return a Preisach memory with room for fewer turning points."""
-    return np.concatenate(
-        (stack[:1], stack[1 : 1 + extrema], stack[1 + MAX_EXTREMA : 1 + MAX_EXTREMA + extrema])
-    )
+def _why_not(estimator: Any) -> str:
+    if isinstance(estimator, ExtendedObserver | CorrectedEstimator):
+        return (
+            "the model has mechanisms or corrections, whose estimator is not yet among the exported ones; export the "
+            "model that `rtctl identify` wrote"
+        )
+    return f"{type(estimator).__name__} is none of {', '.join(kind.__name__ for kind in ESTIMATORS)}"
 
 
 def _loop_memory(parts: Parts) -> list[Memory]:

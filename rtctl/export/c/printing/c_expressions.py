@@ -38,7 +38,7 @@ def c_name(name: str) -> str:
     return f"real_{name}" if name in TAKEN else name
 
 
-def c_number(value: float | int, kind: Type) -> str:
+def c_number(value: Any, kind: Type) -> str:
     """Return a constant of a type."""
     if isinstance(value, bool):
         return "true" if value else "false"
@@ -118,6 +118,10 @@ class Expressions:
             return root in self.instance.parameters and root not in self.instance.mutated
         return False
 
+    def _is_own_array(self, node: ast.expr) -> bool:
+        """Return whether an expression is an array that is a field of a record."""
+        return isinstance(node, ast.Attribute) and isinstance(self.type_of(node.value), RecordType)
+
     def _index(self, array: ast.expr, index: ast.expr, extent: str) -> str:
         if isinstance(index, ast.UnaryOp) and isinstance(index.op, ast.USub):
             return f"{self.text(array, ATOM)}.{extent} - {self.text(index.operand, 13)}"
@@ -125,9 +129,9 @@ class Expressions:
 
     def _Subscript(self, node: ast.Subscript) -> tuple[str, int]:
         owner = self.type_of(node.value)
-        if isinstance(node.value, ast.Attribute) and isinstance(self.type_of(node.value.value), RecordType):
-            if not isinstance(node.slice, ast.Slice):  # an entry of a record's own array
-                return f"{self._field(node.value)}[{self.text(node.slice)}]", ATOM
+        if self._is_own_array(node.value) and not isinstance(node.slice, ast.Slice):
+            assert isinstance(node.value, ast.Attribute)
+            return f"{self._field(node.value)}[{self.text(node.slice)}]", ATOM
         array = self.text(node.value, ATOM)
         if isinstance(owner, RecordArray):
             return f"&{array}[{self.text(node.slice)}]", UNARY

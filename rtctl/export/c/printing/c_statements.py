@@ -162,9 +162,7 @@ class Function:
             return True
         if isinstance(statement, ast.AnnAssign):
             return True
-        if not isinstance(statement, ast.Assign) or len(statement.targets) != 1:
-            return False
-        return True
+        return isinstance(statement, ast.Assign) and len(statement.targets) == 1
 
     def _declaration(self, name: str) -> str:
         kind = self._instance.locals[name]
@@ -194,7 +192,7 @@ class Function:
         yield from self._to(node.target, node.value, depth, known)
 
     def _chain(self, node: ast.Assign, depth: int, known: set[str]) -> Iterator[str]:
-        """`a = b = value`: value is written once for each, since it is a constant or a name."""
+        """Write the value of `a = b = value` once for each, since it is a constant or a name."""
         for target in node.targets:
             yield from self._to(target, node.value, depth, known)
 
@@ -225,7 +223,10 @@ class Function:
         text = self._expressions.text(node)
         return text if self._expressions.is_constant(node) else f"list_of({text})"
 
-    def _unpack(self, target: ast.Tuple, value: ast.expr, depth: int, known: set[str]) -> Iterator[str]:
+    # long because a tuple is taken from another one, from a struct or from a call
+    def _unpack(  # noqa: C901
+        self, target: ast.Tuple, value: ast.expr, depth: int, known: set[str]
+    ) -> Iterator[str]:
         e, pad = self._expressions, STEP * depth
         if isinstance(value, ast.Tuple):
             set_names = {one.id for one in target.elts if isinstance(one, ast.Name)}
@@ -241,7 +242,7 @@ class Function:
                 for one, entry in zip(target.elts, value.elts, strict=True):
                     yield from self._to(one, entry, depth, known)
                 return
-            temporaries = []
+            temporaries: list[str] = []
             for one, entry in zip(target.elts, value.elts, strict=True):
                 kind = e.type_of(one)
                 name = f"next_{one.id if isinstance(one, ast.Name) else len(temporaries)}"
@@ -310,7 +311,8 @@ class Function:
         yield f"{STEP * depth}}}"
 
     def _For(self, node: ast.For, depth: int, known: set[str]) -> Iterator[str]:
-        assert isinstance(node.iter, ast.Call) and isinstance(node.target, ast.Name)
+        assert isinstance(node.iter, ast.Call)
+        assert isinstance(node.target, ast.Name)
         bounds = [self._expressions.text(one, kind=INT) for one in node.iter.args]
         first, last = ("0", bounds[0]) if len(bounds) == 1 else (bounds[0], bounds[1])
         name = node.target.id if node.target.id != "_" else "round"

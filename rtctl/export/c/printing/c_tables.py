@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from rtctl.export.c.laws.law import Memory
+from rtctl.export.c.laws.precision import ByPrecision
 from rtctl.export.c.printing.c_expressions import c_number
 from rtctl.export.c.printing.c_statements import STEP, WIDTH, comment, declared
 from rtctl.export.c.translation.types import INT, LONG, REAL, ArrayType, RecordType, StructType
@@ -92,7 +93,10 @@ def _fields(
             yield f"{pad}.{name} = {{{table}, {sizes}}},"
         else:
             kind = INT if isinstance(value, int) else REAL
-            yield f"{pad}.{name} = {c_number(value, kind)},{source}"
+            text = c_number(value, kind)
+            if isinstance(value, ByPrecision):
+                text = f"BY_PRECISION({float(value)!r}, {value.single!r})"
+            yield f"{pad}.{name} = {text},{source}"
 
 
 def _below_diagonal(name: str, values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
@@ -124,5 +128,5 @@ def first_value_lines(memory: tuple[Memory, ...]) -> list[str]:
         elif entry.value != 0:
             kind = entry.field.type
             value = int(entry.value) if kind in (INT, LONG) else float(entry.value)
-            lines.append(f"{STEP}s->{entry.name} = {c_number(value, kind)};")  # type: ignore[arg-type]
+            lines.append(f"{STEP}s->{entry.name} = {c_number(value, kind)};")
     return lines

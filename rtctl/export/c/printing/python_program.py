@@ -1,8 +1,8 @@
 """Translated kernels as Python in one precision: the same arithmetic as the C, operation by operation.
 
-numba computes a float32 with a Python float in double precision; here every constant and every integer that meets a real
-is converted first, as C does it. The text is compiled by numba, fused multiplications are off, and the result is the
-oracle of the exported programs: `run(state, inputs, outputs, constants)`.
+numba computes a float32 with a Python float in double precision; here every constant, and every integer that meets a
+real, is converted first, as C does it. The text is compiled by numba or run as it is, and the result is the oracle of
+all machines: `run(state, inputs, outputs, constants, initial)`.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from typing import Any
 import numba
 import numpy as np
 
+from rtctl.export.c.laws.precision import ByPrecision
 from rtctl.export.c.printing.c_expressions import COMPARISONS
 from rtctl.export.c.translation.inference import Instance, Program
 from rtctl.export.c.translation.types import INT, REAL, Scalar, StructType, TupleType, Type
@@ -173,35 +174,38 @@ class PythonFunction:
         if isinstance(node.func, ast.Attribute):
             arguments = ", ".join(self._of(one) for one in node.args)
             owner = ast.unparse(node.func.value) if node.args else self._of(node.func.value)
-            return f"{owner}.{node.func.attr}({arguments})"
+            text = f"{owner}.{node.func.attr}({arguments})"  # Python's own computes in double precision
+            return f"real({text})" if self._type(node) is REAL else text
         assert isinstance(node.func, ast.Name)
         called, kind = self._instance.calls.get(node), self._type(node)
         if called is not None:
-            kinds = called.parameters.values()
-            return f"{called.name}({self._listed(node.args, list(kinds))})"
+            return f"{called.name}({self._listed(node.args, list(called.parameters.values()))})"
         if isinstance(kind, StructType):
             return f"{kind.name}({self._listed(node.args, [one for _, one in kind.fields])})"
         if node.func.id == "float":
             return self._converted(node.args[0], REAL)
-        kinds = [kind if kind in (REAL, INT) and node.func.id in ("min", "max") else None] * len(node.args)
+        kinds: list[Type] = [kind if kind in (REAL, INT) and node.func.id in ("min", "max") else None] * len(
+            node.args
+        )
         return f"{node.func.id}({self._listed(node.args, kinds)})"
 
     def _listed(self, nodes: list[ast.expr], kinds: list[Type]) -> str:
         return ", ".join(self._converted(one, kind) for one, kind in zip(nodes, kinds, strict=True))
 
 
-def compiled_program(program: Program, entry: Instance, real: Any) -> Callable[..., None]:
-    """Return `run` of a program in one precision, compiled by numba.
+def python_program(program: Program, entry: Instance, real: Any, *, compiled: bool) -> Callable[..., None]:
+    """Return `run` of a program in one precision.
 
     Args:
         program: the kernels.
         entry: the function of a sample.
         real: np.float32 or np.float64.
+        compiled: whether numba compiles it, which lasts ten seconds; else Python runs it on records of NumPy.
     """
     numbers: dict[str, Any] = {}
     text = "\n".join(PythonFunction(instance, numbers).text() for instance in program.instances)
     text += RUN.format(entry=entry.name)
-    compile_function: Any = numba.njit(error_model="numpy", fastmath=False)
+    compile_function: Any = numba.njit(error_model="numpy", fastmath=False) if compiled else lambda f: f
     names = {
         "njit": compile_function,
         "real": real,
@@ -220,4 +224,6 @@ def in_precision(values: Any, real: Any) -> Any:
         return type(values)(*(in_precision(value, real) for value in values))
     if isinstance(values, np.ndarray):
         return values.astype(real)
+    if isinstance(values, ByPrecision) and real is np.float32:
+        return real(values.single)
     return values if isinstance(values, bool | int) else real(values)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
 from rtctl.export.c.folder import digest, read_manifest
 from rtctl.export.c.laws.planning import law_of
-from rtctl.export.c.proof.in_python import PythonLaw
+from rtctl.export.c.proof.in_python import WORTH_COMPILING, PythonLaw
 from rtctl.export.c.proof.machines import MACHINES, REALS, build, missing, run
 from rtctl.export.c.proof.recorded import Rows, inputs_of, outputs_of
 from rtctl.export.c.translated import translated
@@ -63,12 +63,13 @@ class Proof:
         }
 
 
-def prove(folder: Path, run_folder: Path) -> Proof:
+def prove(folder: Path, run_folder: Path, machines: Sequence[str] = tuple(MACHINES)) -> Proof:
     """Compute a recorded run with an exported loop on every machine whose tools are there.
 
     Args:
         folder: of `rtctl export c`.
         run_folder: of a run with the same model and scenario.
+        machines: names in `MACHINES`.
 
     Raises:
         InputError: the folders do not belong together, or no compiler is there.
@@ -83,11 +84,12 @@ def prove(folder: Path, run_folder: Path) -> Proof:
     computed, deviations = [], {}
     for precision, real in REALS.items():
         rows, samples = inputs_of(recorded, setpoints, step.preview_s, real)
-        oracle = PythonLaw(*exported, real)(rows)
-        computed.append(_against_recording(recorded, oracle, samples, precision))
+        oracle = PythonLaw(*exported, real, compiled=len(rows) > WORTH_COMPILING)(rows)
         if precision == "float":
             deviations = _deviations(recorded, oracle, samples)
-        computed += [_on(folder, name, precision, rows, oracle) for name in MACHINES]
+        else:
+            computed.append(_against_recording(recorded, oracle, samples))
+        computed += [_on(folder, name, precision, rows, oracle) for name in machines]
     return Proof(rows=len(samples), computed=tuple(computed), deviations=deviations)
 
 
@@ -131,10 +133,8 @@ def _recorded_values(
     ]
 
 
-def _against_recording(recorded: Recorded, found: Rows, samples: Any, precision: str) -> Computed:
-    title = "Python, the same arithmetic"
-    if precision != "double":
-        return Computed(machine=title, precision=precision, differing=0, first="")
+def _against_recording(recorded: Recorded, found: Rows, samples: Any) -> Computed:
+    """Compare the translated law in Python with the recorded loop."""
     unequal, first = np.zeros(len(samples), dtype=bool), ""
     for name, one, other in _recorded_values(recorded, found, samples):
         apart = (one.view(np.uint64) != other.view(np.uint64)) & ~(np.isnan(one) & np.isnan(other))
@@ -143,8 +143,8 @@ def _against_recording(recorded: Recorded, found: Rows, samples: Any, precision:
             first = f"sample {int(recorded.signals['index'][row])}, {name}: {one[row]!r} for {other[row]!r}"
         unequal |= apart
     return Computed(
-        machine="Python, against the recorded loop",
-        precision=precision,
+        machine="the recorded loop",
+        precision="double",
         differing=int(unequal.sum()),
         first=first,
     )

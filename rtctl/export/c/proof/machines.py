@@ -1,4 +1,4 @@
-"""Machines that compute an exported loop: this computer by gcc and clang, an emulated Cortex-M4F, an emulated RISC-V."""
+"""Machines that compute an exported loop: this computer by gcc and clang, an emulated Cortex-M4F and RISC-V."""
 
 from __future__ import annotations
 
@@ -54,8 +54,8 @@ MACHINES = {
         ),
     )
 }  # fmt: skip
-"""In double precision a Cortex-M4F computes in software, and the `1.0 - y` of libgcc 12 is not always rounded as IEEE 754
-demands (docs/export-c.md)."""
+"""In double precision a Cortex-M4F computes in software, and the `1.0 - y` of libgcc 12 is not always rounded as IEEE
+754 demands (docs/export-c.md)."""
 REALS: dict[str, Any] = {"float": np.float32, "double": np.float64}
 
 
@@ -77,7 +77,8 @@ def build(folder: Path, machine: Machine, precision: str) -> Path:
         raise InputError(f"{machine.title}: {lack}")
     place = f"build/{machine.name}-{precision}"
     done = subprocess.run(
-        ["make", "-s", "-C", str(folder), machine.target, f"PRECISION={precision}", f"BUILD={place}", *machine.variables],
+        ["make", "-s", "-C", str(folder), machine.target, f"PRECISION={precision}", f"BUILD={place}",
+         *machine.variables],
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     if done.returncode:

@@ -14,11 +14,13 @@ typedef double real_t;
 #define REAL_SQRT __builtin_sqrt
 #define REAL_ABS __builtin_fabs
 #define REAL_COPYSIGN __builtin_copysign
+#define BY_PRECISION(of_double, of_float) (of_double)
 #else
 typedef float real_t;
 #define REAL_SQRT __builtin_sqrtf
 #define REAL_ABS __builtin_fabsf
 #define REAL_COPYSIGN __builtin_copysignf
+#define BY_PRECISION(of_double, of_float) ((real_t)(of_float))
 #endif
 #define REAL_INFINITY ((real_t)__builtin_inf())
 #define REAL_NAN ((real_t)__builtin_nan(""))

@@ -239,6 +239,8 @@ class _Inference(ast.NodeVisitor):
         raise self._source.error(node, f"{kind} cannot be taken apart")
 
     def _name(self, name: str, kind: Type, node: ast.AST) -> None:
+        if name == "_":
+            return
         known = self._instance.locals.get(name, self._instance.parameters.get(name))
         if kind is None:
             raise self._source.error(node, f"{name} has no value")

@@ -9,6 +9,7 @@ import textwrap
 import tokenize
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 from rtctl.border.errors import RtctlError
@@ -42,7 +43,11 @@ class Source:
 
 def source_of(function: Callable[..., Any]) -> Source:
     """Return the source of a function or of a compiled kernel. Raises NotTranslatableError."""
-    function = getattr(function, "py_func", function)
+    return _read(getattr(function, "py_func", function))
+
+
+@cache
+def _read(function: Callable[..., Any]) -> Source:
     try:
         text = textwrap.dedent(inspect.getsource(function))
     except (OSError, TypeError) as error:

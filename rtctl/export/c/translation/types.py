@@ -85,5 +85,5 @@ def wider(one: Type, other: Type) -> Type:
     if one == other:
         return one
     if one in NUMBERS and other in NUMBERS:
-        return NUMBERS[max(NUMBERS.index(one), NUMBERS.index(other))]  # type: ignore[arg-type]
+        return NUMBERS[max(NUMBERS.index(one), NUMBERS.index(other))]
     raise ValueError(f"{one} and {other} have no common type")
