@@ -69,7 +69,8 @@ def functions(law: Law, program: Program, entry: Instance, heading: str) -> str:
             if instance.source.module == module:
                 lines += [*one.lines(), ""]
     lines += [
-        "void rtctl_init(rtctl_state *s)", "{", "    static const rtctl_state all_zero;", "    *s = all_zero;",
+        "void rtctl_init(rtctl_state *s)", "{", "    uint8_t *byte = (uint8_t *)s;",
+        "    for (uint32_t k = 0; k < sizeof *s; k++)", "        byte[k] = 0;",
         *first_value_lines(law.memory), "}", "",
         "void rtctl_step(rtctl_state *s, const rtctl_in *in, rtctl_out *out)", "{",
         f"    {entry.name}(s, in, out, &CONSTANTS);", "}", "",
