@@ -13,6 +13,7 @@ from rtctl.border.errors import InputError
 from rtctl.export.c.printing import c_program
 from rtctl.export.c.translated import Translated
 from rtctl.version import __version__
+from rtctl.wiring_served import write_boards
 
 RUNTIME = Path(__file__).parent / "runtime"
 MANIFEST, MODEL, SCENARIO = "export.json", "model.toml", "scenario.toml"
@@ -47,6 +48,7 @@ def write_folder(folder: Path, exported: Translated, manifest: Manifest) -> None
     shutil.copytree(
         RUNTIME, folder, ignore=shutil.ignore_patterns("__pycache__", "build"), dirs_exist_ok=True
     )
+    write_boards(folder)
     files = {
         "rtctl.h": c_program.header(law, heading),
         "rtctl_types.h": c_program.types(program),
