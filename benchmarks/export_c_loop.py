@@ -58,7 +58,7 @@ def main() -> None:
             folder, port = Path(place) / "loop", Path(place) / "line"
             export_c(name, model=args.model, out=folder, settings=args.overrides)
             with served(args.device, port):
-                there = run_emulated(folder, scenario, model, str(port))
+                there = run_emulated(folder, scenario, model, str(port)).result
         python = run(name, model=args.model, settings=args.overrides)
         board, ours = there.summary["tracking"], python.summary["tracking"]
         print(

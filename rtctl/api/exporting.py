@@ -1,4 +1,4 @@
-"""Loops for other machines: `export_c`, `replay_export`."""
+"""Loops for other machines: `export_c`, `replay_export`, `run_on_board`."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from rtctl.border.options import check_integer
 
 if TYPE_CHECKING:
     from rtctl.export.c.proof.comparison import Proof
+    from rtctl.session.run_files import RunResult
 
 LEAST_EXTREMA, MOST_EXTREMA = 8, 256
 
@@ -86,6 +87,58 @@ def export_c(
         state_bytes=state_bytes(exported.law),
         table_bytes=table_bytes(exported.law),
     )
+
+
+def run_on_board(
+    scenario: PathText | Mapping[str, Any],
+    *,
+    board: PathText,
+    model: PathText | None = None,
+    out: PathText,
+    settings: Settings = (),
+) -> RunResult:
+    """Run a scenario with the loop on the emulated Cortex-M4F; this computer gives it the plan and watches.
+
+    Args:
+        scenario: A scenario's file, a bundled name such as "steps", or its tables; its driver is a serial line with a
+            device in lockstep.
+        board: Folder of `export_c`, of the same scenario and model.
+        model: Model file; None: the one that the scenario names.
+        out: Folder of the results: `summary.json`, `signals.parquet`, `run.png`.
+        settings: Further keys of the scenario to override.
+
+    Raises:
+        InputError: The driver is no serial line, the folders do not belong together, compiler or emulator are missing.
+    """
+    from rtctl.evaluation.metrics import write_json
+    from rtctl.export.c.emulated import run_emulated
+    from rtctl.export.c.folder import digest, read_manifest
+    from rtctl.recording import write_parquet
+    from rtctl.session.run_files import draw_run
+    from rtctl.wiring import model_of, model_path
+
+    loaded = load_scenario(scenario, settings)
+    place, port = path_of("board", board), getattr(loaded.scenario.driver, "port", None)
+    if loaded.scenario.driver.kind != "serial" or port is None or loaded.scenario.clock.mode != "lockstep":
+        raise InputError(
+            "run --on: the board reaches its device over a serial line in lockstep: --set driver.kind=serial --set "
+            "driver.port=PATH (such as that of `rtctl serve vo2_a --serial PATH`)"
+        )
+    given = None if model is None else path_of("model", model)
+    content = model_of(loaded.scenario, loaded.folder, given)
+    file = model_path(loaded.scenario, loaded.folder, given)
+    if content is None or file is None or read_manifest(place).model_sha256 != digest(file):
+        raise InputError(f"{place}: exported from another model than that of the run; export it anew")
+    result = run_emulated(place, loaded.scenario, content, str(port)).result
+    folder = path_of("out", out)
+    folder.mkdir(parents=True, exist_ok=True)
+    write_parquet(
+        folder / "signals.parquet", result.signals, result.units, {"program": "rtctl", "board": str(place)}
+    )
+    write_json(folder / "summary.json", result.summary)
+    if len(result.signals["index"]) > 1:
+        draw_run(folder / "run.png", loaded.scenario, result)
+    return result
 
 
 def replay_export(run: PathText, export: PathText) -> Proof:

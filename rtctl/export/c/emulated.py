@@ -24,6 +24,7 @@ from rtctl.loop.supervisor import LoopOutcome, signal_columns
 from rtctl.plant_control.lookup import support_of
 from rtctl.scenario.schema import Scenario
 from rtctl.session.closed_loop import plan_control
+from rtctl.session.run_files import RunResult
 from rtctl.timing.step_timing import StepTiming
 
 ANSWER_TIMEOUT_US = 5_000_000
@@ -44,9 +45,8 @@ FAULTS = {
 class EmulatedRun:
     """A run whose loop was closed by the emulated board."""
 
-    signals: dict[str, FloatArray]
-    """Columns as `rtctl run` records them."""
-    summary: dict[str, Any]
+    result: RunResult
+    """As that of `rtctl run`; nothing is known of the times of single samples."""
     fault: int
     """As the board told it; 0: none."""
 
@@ -71,7 +71,7 @@ def run_emulated(folder: Path, scenario: Scenario, model: Any, port: str) -> Emu
     if made.returncode:
         raise InputError(f"{folder}: the compiler says\n{made.stderr.strip()}")
     build = folder / "build" / "float"
-    chain, setpoints, _ = plan_control(scenario, model)
+    chain, setpoints, tuning = plan_control(scenario, model)
     preview_s = float(getattr(chain.controller, "preview_s", 0.0))
     upcoming = upcoming_setpoints(setpoints, scenario.scenario.period_s, preview_s)
     period_us = round(1e6 * scenario.scenario.period_s)
@@ -89,11 +89,11 @@ def run_emulated(folder: Path, scenario: Scenario, model: Any, port: str) -> Emu
         raise InputError(f"the emulator did not run: {ran.stderr.strip()}")
     rows = np.frombuffer(told.read_bytes(), dtype=_row_dtype())
     fault = int(rows["out"]["fault"][-1])
-    names = [name for name, _ in signal_columns(scenario.profile, chain.estimator, chain.controller)]
-    signals = _signals(rows[:-1], names)
-    return EmulatedRun(
-        signals=signals, summary=_summary(scenario, model, signals, fault, len(setpoints)), fault=fault
-    )
+    units = dict(signal_columns(scenario.profile, chain.estimator, chain.controller))
+    signals = _signals(rows[:-1], list(units))
+    summary = _summary(scenario, model, signals, fault, len(setpoints))
+    result = RunResult(summary=summary, signals=signals, units=units, timing={}, tuning=tuning)
+    return EmulatedRun(result=result, fault=fault)
 
 
 def _row_dtype() -> np.dtype[Any]:

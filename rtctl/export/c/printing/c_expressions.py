@@ -173,10 +173,9 @@ class Expressions:
 
     def _BoolOp(self, node: ast.BoolOp) -> tuple[str, int]:
         sign, level = ("&&", AND) if isinstance(node.op, ast.And) else ("||", OR)
+        # comparisons in parentheses, as MISRA C 12.1 has it
         # the other operator in parentheses: compilers warn where they are mixed
-        return f" {sign} ".join(
-            self.text(value, COMPARE if level == OR else AND + 1) for value in node.values
-        ), level
+        return f" {sign} ".join(self.text(value, UNARY) for value in node.values), level
 
     def _Compare(self, node: ast.Compare) -> tuple[str, int]:
         operands = [node.left, *node.comparators]
@@ -187,7 +186,9 @@ class Expressions:
             parts.append(
                 f"{self.text(left, level, kind)} {COMPARISONS[type(op)]} {self.text(right, level, kind)}"
             )
-        return " && ".join(parts), COMPARE if len(parts) == 1 else AND
+        if len(parts) == 1:
+            return parts[0], COMPARE
+        return " && ".join(f"({part})" for part in parts), AND
 
     def _common(self, left: ast.expr, right: ast.expr) -> Type:
         kinds = (self.type_of(left), self.type_of(right))
@@ -196,7 +197,7 @@ class Expressions:
     def _IfExp(self, node: ast.IfExp) -> tuple[str, int]:
         kind = self.type_of(node)
         yes, no = (self.text(one, CHOICE, kind) for one in (node.body, node.orelse))
-        return f"{self.text(node.test, CHOICE + 1)} ? {yes} : {no}", CHOICE
+        return f"{self.text(node.test, UNARY)} ? {yes} : {no}", CHOICE
 
     def _Tuple(self, node: ast.Tuple) -> tuple[str, int]:
         kind = self.instance.returns

@@ -70,12 +70,12 @@ def functions(law: Law, program: Program, entry: Instance, heading: str) -> str:
                 lines += [*one.lines(), ""]
     lines += [
         "void rtctl_init(rtctl_state *s)", "{", "    uint8_t *byte = (uint8_t *)s;",
-        "    for (uint32_t k = 0; k < sizeof *s; k++)", "        byte[k] = 0;",
+        "    for (uint32_t k = 0; k < sizeof *s; k++) {", "        byte[k] = 0;", "    }",
         *first_value_lines(law.memory), "}", "",
         "void rtctl_step(rtctl_state *s, const rtctl_in *in, rtctl_out *out)", "{",
         f"    {entry.name}(s, in, out, &CONSTANTS);", "}", "",
     ]  # fmt: skip
-    return "\n".join(wrapped(line) for line in lines)
+    return "\n".join(wrapped(line) for text in lines for line in text.split("\n"))
 
 
 def wrapped(line: str) -> str:

@@ -100,10 +100,10 @@ class Function:
         head = f"static {returns} {c_name(instance.name)}({inside})"
         if len(head) <= WIDTH:
             return head
-        wrapped = textwrap.wrap(inside, WIDTH - len(STEP))
+        wrapped = textwrap.wrap(inside.replace(" ", "\0").replace(",\0", ", "), WIDTH - len(STEP))
         return (
             f"static {returns} {c_name(instance.name)}(\n"
-            + "\n".join(f"{STEP}{line}" for line in wrapped)
+            + "\n".join(STEP + line.replace("\0", " ") for line in wrapped)
             + ")"
         )
 
@@ -300,9 +300,11 @@ class Function:
         if len(node.orelse) == 1 and isinstance(node.orelse[0], ast.If):
             yield from self._If(node.orelse[0], depth, known, "} else if")
             return
-        if node.orelse:
+        if node.orelse or lead != "if":
             yield f"{pad}}} else {{"
-            yield from self._block(node.orelse, depth + 1, known)
+            yield from (
+                self._block(node.orelse, depth + 1, known) if node.orelse else [f"{pad}{STEP}/* nothing */"]
+            )
         yield f"{pad}}}"
 
     def _While(self, node: ast.While, depth: int, known: set[str]) -> Iterator[str]:

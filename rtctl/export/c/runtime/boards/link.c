@@ -16,8 +16,10 @@ static size_t ask(device_link *link, uint8_t type, const void *payload, size_t c
     uint64_t end_us = board_time_us() + link->timeout_us;
     while (board_time_us() < end_us) {
         int byte = board_receive();
-        if (byte < 0)
+        if (byte < 0) {
+            board_wait();
             continue;
+        }
         size_t length = rs_receive(&reader, (uint8_t)byte, answer);
         uint16_t answered;
         if (length < HEAD_BYTES)
