@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from rtctl.api.comparison import Comparison, RecordScore, simulate
     from rtctl.api.datasets import read_dataset, write_dataset
     from rtctl.api.diagnosing import Diagnosis, diagnose
+    from rtctl.api.exporting import ExportedLoop, export_c, replay_export, run_on_board
     from rtctl.api.first_look.initiation import Initiation, init
     from rtctl.api.first_look.preview import Preview, preview
     from rtctl.api.identifying.fit import Fit
@@ -60,6 +61,10 @@ _MODULES = {
     "change": "rtctl.api.recordings",
     "recover": "rtctl.api.recordings",
     "export_mcap": "rtctl.api.recordings",
+    "ExportedLoop": "rtctl.api.exporting",
+    "export_c": "rtctl.api.exporting",
+    "replay_export": "rtctl.api.exporting",
+    "run_on_board": "rtctl.api.exporting",
     "replay": "rtctl.api.recordings",
     "watch": "rtctl.api.recordings",
     "Run": "rtctl.api.running",
@@ -83,6 +88,7 @@ __all__ = [
     "Dataset",
     "Diagnosis",
     "DriverError",
+    "ExportedLoop",
     "Fault",
     "Fit",
     "Initiation",
@@ -104,6 +110,7 @@ __all__ = [
     "change",
     "demonstrate",
     "diagnose",
+    "export_c",
     "export_mcap",
     "identify",
     "init",
@@ -116,8 +123,10 @@ __all__ = [
     "recover",
     "register",
     "replay",
+    "replay_export",
     "reproduce_study",
     "run",
+    "run_on_board",
     "serve",
     "serve_device",
     "simulate",

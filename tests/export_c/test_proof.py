@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from firmware_cases import wait_until
 from vo2_model_cases import small_model
 
-from rtctl.api.exporting import export_c, replay_export
+from rtctl.api.exporting import export_c, replay_export, run_on_board
 from rtctl.api.running import run
 from rtctl.border.errors import InputError
 from rtctl.export.c.folder import read_manifest
@@ -120,3 +123,32 @@ def test_a_missing_compiler_is_one_message(monkeypatch: pytest.MonkeyPatch) -> N
         "arm-none-eabi-gcc not found (Debian: apt-get install make gcc-arm-none-eabi libnewlib-arm-none-eabi "
         "qemu-system-arm)"
     )
+
+
+@pytest.mark.slow
+@pytest.mark.wire
+def test_the_loop_on_the_emulated_board_tracks_as_the_one_in_python(tmp_path: Path, model_file: Path) -> None:
+    if missing(MACHINES["m4f"]):
+        pytest.skip(missing(MACHINES["m4f"]))
+    settings = {"scenario.duration": "0.5 s"}
+    export_c("steps", model=model_file, settings=settings, out=tmp_path / "loop")
+    port = tmp_path / "line"
+    command = [sys.executable, "-m", "rtctl", "serve", "vo2_a", "--serial", str(port)]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL) as device:
+        try:
+            wait_until(port.exists, "the device did not start")
+            wire = {**settings, "driver.kind": "serial", "driver.port": str(port)}
+            there = run_on_board(
+                "steps", board=tmp_path / "loop", model=model_file, settings=wire, out=tmp_path / "board"
+            )
+        finally:
+            device.terminate()
+    here = run("steps", model=model_file, settings=settings).summary
+    assert there.summary["verdict"] == here["verdict"] == "pass"
+    more = there.summary["tracking"]["mean_abs_percent"] - here["tracking"]["mean_abs_percent"]
+    assert abs(more) < 0.02
+
+
+def test_a_board_needs_a_serial_line(tmp_path: Path, model: Path) -> None:
+    with pytest.raises(InputError, match="serial line in lockstep"):
+        run_on_board("steps", board=tmp_path, model=model, out=tmp_path / "board")
