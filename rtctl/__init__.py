@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from rtctl.api.comparison import Comparison, RecordScore, simulate
     from rtctl.api.datasets import read_dataset, write_dataset
     from rtctl.api.diagnosing import Diagnosis, diagnose
+    from rtctl.api.exporting.c import ExportedLoop, export_c, replay_export, run_on_board
     from rtctl.api.exporting.dynamics import Linearised, ModelDynamics, dynamics
     from rtctl.api.exporting.fmu import ExportedFmu, export_fmu
     from rtctl.api.exporting.matlab import read_mat, save_mat, save_matlab_function
@@ -71,6 +72,10 @@ _MODULES = {
     "change": "rtctl.api.recordings",
     "recover": "rtctl.api.recordings",
     "export_mcap": "rtctl.api.recordings",
+    "ExportedLoop": "rtctl.api.exporting.c",
+    "export_c": "rtctl.api.exporting.c",
+    "replay_export": "rtctl.api.exporting.c",
+    "run_on_board": "rtctl.api.exporting.c",
     "replay": "rtctl.api.recordings",
     "watch": "rtctl.api.recordings",
     "Run": "rtctl.api.running",
@@ -95,6 +100,7 @@ __all__ = [
     "Diagnosis",
     "DriverError",
     "ExportedFmu",
+    "ExportedLoop",
     "Fault",
     "Fit",
     "Initiation",
@@ -119,6 +125,7 @@ __all__ = [
     "demonstrate",
     "diagnose",
     "dynamics",
+    "export_c",
     "export_fmu",
     "export_mcap",
     "identify",
@@ -133,8 +140,10 @@ __all__ = [
     "recover",
     "register",
     "replay",
+    "replay_export",
     "reproduce_study",
     "run",
+    "run_on_board",
     "save_mat",
     "save_matlab_function",
     "serve",

@@ -1,1 +1,1 @@
-"""Models, controllers and runs in forms that other programs take."""
+"""Models, loops and runs for other programs and machines."""

@@ -189,9 +189,9 @@ def test_what_cannot_be_exported_is_named_with_its_reason(
 
 def test_wrong_arguments_are_refused_in_words(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for arguments, words in (
-        (["fmu", "--out", "a.fmu"], "fmu is made of --model FILE"),
-        (["fmu", "run", "--model", str(EXAMPLE), "--out", "a.fmu"], "fmu takes no RUN"),
-        (["mcap", "--out", "a.mcap"], "mcap is made of RUN"),
+        (["fmu", "--out", "a.fmu"], "fmu: a model is needed"),
+        (["fmu", "run", "--model", str(EXAMPLE), "--out", "a.fmu"], "a unit is made of a model alone"),
+        (["mcap", "--out", "a.mcap"], "mcap: the folder of a run is needed"),
         (["fmu", "--model", str(EXAMPLE), "--out", "a.zip"], 'is a file "*.fmu"'),
         (["fmu", "--model", str(EXAMPLE), "--out", "a.fmu", "--step", "1 mm"], "--step"),
         (["fmu", "--model", "no_model.toml", "--out", "a.fmu"], "no_model.toml"),

@@ -1,1 +1,1 @@
-"""Models for other programs: functional mock-up units, SciPy and python-control, MATLAB."""
+"""Models and loops for other programs and machines, one format a file."""
