@@ -138,6 +138,32 @@ def test_sources_are_plain_c99_without_a_warning(version: str, tmp_path: Path) -
         assert done.returncode == 0, done.stderr
 
 
+def test_input_derivatives_of_fmi_2_are_slopes(tmp_path: Path) -> None:
+    import ctypes
+
+    unit = rtctl.export_fmu(oscillator(tmp_path), tmp_path / "a.fmu", version="2.0", step_s=2e-3)
+    description = fmpy.read_model_description(str(unit.path))
+    references = {one.name: one.valueReference for one in description.modelVariables}
+    folder = fmpy.extract(str(unit.path))
+    ends = []
+    for by_derivative in (True, False):
+        slave = fmpy.instantiate_fmu(folder, description, "CoSimulation")
+        slave.setupExperiment(startTime=0.0)
+        slave.enterInitializationMode()
+        slave.exitInitializationMode()
+        if by_derivative:
+            drive, order = (ctypes.c_uint * 1)(references["drive"]), (ctypes.c_int * 1)(1)
+            slave.fmi2SetRealInputDerivatives(slave.component, drive, 1, order, (ctypes.c_double * 1)(200.0))
+        else:
+            slave.setReal([references["drive_slope"]], [200.0])
+        slave.doStep(currentCommunicationPoint=0.0, communicationStepSize=5e-3)
+        ends.append(slave.getReal([references["displacement"]])[0])
+        slave.terminate()
+        slave.freeInstance()
+    assert ends[0] == ends[1]
+    assert ends[0] > 1e-4
+
+
 def test_two_exports_are_the_same_to_the_bit(tmp_path: Path) -> None:
     one, other = (rtctl.export_fmu(EXAMPLE, tmp_path / name / "a.fmu").path for name in ("x", "y"))
     assert one.read_bytes() == other.read_bytes()

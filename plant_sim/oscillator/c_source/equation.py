@@ -17,8 +17,10 @@ from plant_sim.oscillator.nominal import ROWS
 class CEquation:
     """The parts of the equation that stand in the source."""
 
-    source: str
-    """Laws, `fill_rows`, `acceleration`, `start_own`, and of dry friction `resistance`, `within`, `settle`."""
+    coefficients: str
+    """`fill_rows`, `start_own`."""
+    forces: str
+    """Laws, `acceleration`, and of dry friction `resistance`, `within_step`, `settle`."""
     rows: int
     own_states: int
     """States of the mechanisms."""
@@ -68,9 +70,8 @@ def c_equation(nominal: Values, mechanisms: Sequence[tuple[OscillatorMechanism, 
     rubs = fades or float(table["friction"]) != 0.0
     rubbing = _friction(laws, fades=fades) if rubs else ""
     return CEquation(
-        source="\n".join(
-            (laws.text(), _rows(lines, steps), _acceleration(memoryless, calls), _start(starts), rubbing)
-        ),
+        coefficients="\n".join((_rows(lines, steps), _start(starts))),
+        forces="\n".join((laws.text(), _acceleration(memoryless, calls), rubbing)),
         rows=len(lines), own_states=states, rubs=rubs,
     )  # fmt: skip
 

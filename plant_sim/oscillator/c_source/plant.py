@@ -139,10 +139,12 @@ def _source(
     if steps.splitting or "mode.second" in acting:
         yield _part("linear.c")
     yield _part("motion.c")
+    forces = "" if steps.splitting else equation.forces  # a splitting has its own
     for name, text in EXTREMES.items():
-        if f"{name}(" in equation.source or EXTREMES_IN_PATH & acting:
+        if f"{name}(" in forces or EXTREMES_IN_PATH & acting:
             yield text
-    yield equation.source
+    yield equation.coefficients
+    yield forces
     if "drive.saturation" in acting:
         yield _part("langevin.c")
     yield _part("path.c")
