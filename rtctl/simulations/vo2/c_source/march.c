@@ -13,10 +13,22 @@ static double corrected(double x, double middle, double gain, double offset)
     return gain == 1.0 && offset == 0.0 ? x : x + (gain - 1.0) * (x - middle) + offset;
 }
 
+#ifdef HAS_SENSOR_QUANTISATION
+/* The nearest of levels that are a step apart; no step, no levels. */
+static double nearest(double x, double step, double level)
+{
+    return step > 0.0 ? level + step * rint((x - level) / step) : x;
+}
+#endif
+
 static double heating_current(const plant *m, double passed)
 {
     const double *value = m->parameter;
-    return corrected(m->input[0] + m->slope[0] * passed, CURRENT_MIDDLE, CURRENT_GAIN, CURRENT_OFFSET);
+    double current = m->input[0] + m->slope[0] * passed;
+#ifdef HAS_INPUT_GAIN_DRIFT
+    current *= 1.0 + INPUT_GAIN_DRIFT_RATE * (m->time + passed);
+#endif
+    return corrected(current, CURRENT_MIDDLE, CURRENT_GAIN, CURRENT_OFFSET);
 }
 
 static double relax(double s, double start, double middle, double end, double h, double tau)
@@ -77,6 +89,16 @@ const char *plant_read(plant *m)
     const double *value = m->parameter;
     m->output[0] = exp(-corrected(value_of(&k->film, &film), READING_MIDDLE, RESISTANCE_GAIN, -RESISTANCE_OFFSET));
     m->output[1] = corrected(value_of(&k->beam, &beam), DEFLECTION_MIDDLE, DEFLECTION_GAIN, DEFLECTION_OFFSET);
+#ifdef HAS_SENSOR_AGEING
+    m->output[0] *= exp((SENSOR_AGEING_RATE + SENSOR_AGEING_BEND * m->time) * m->time);
+#endif
+#ifdef HAS_SENSOR_DRIFT
+    m->output[1] += SENSOR_DRIFT_RATE * m->time;
+#endif
+#ifdef HAS_SENSOR_QUANTISATION
+    m->output[0] = nearest(m->output[0], SENSOR_QUANTISATION_RESISTANCE, SENSOR_QUANTISATION_RESISTANCE_LEVEL);
+    m->output[1] = nearest(m->output[1], SENSOR_QUANTISATION_DEFLECTION, SENSOR_QUANTISATION_DEFLECTION_LEVEL);
+#endif
     m->output[2] = sqrt(k->s > 0.0 ? k->s : 0.0);
     return 0;
 }

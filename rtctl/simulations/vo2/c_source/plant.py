@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +20,8 @@ FOLDER = Path(__file__).parent
 UNITS = {"current": "mA", "resistance": "ohm", "deflection": "um"}
 STEPS_PER_TIME_CONSTANT = 8.0
 """Communication steps that are proposed in a time constant of the heating."""
+IN_SOURCE = frozenset({"input.gain_drift", "sensor.ageing", "sensor.drift", "sensor.quantisation"})
+"""Mechanisms that `march.c` has."""
 REMEMBERED = 2
 """Numbers besides those of both read-outs."""
 
@@ -33,13 +35,14 @@ def vo2_plant(model: Vo2Model, source: str, request: CRequest) -> CPlant:
         InputError: A mechanism of the model has no form in C; it is named.
     """
     simulation = vo2_simulation(model, UNITS, source)
-    acting = simulation.acting()
-    if acting:
+    acting = [one.id for one in simulation.acting()]
+    without_form = [identity for identity in acting if identity not in IN_SOURCE]
+    if without_form:
         raise InputError(
-            f"{source}: {', '.join(one.id for one in acting)} has no form in C yet: a unit has the heating, both "
-            "hysteretic read-outs, and gains and offsets; take the tables out to export the rest"
+            f"{source}: {', '.join(without_form)} has no form in C yet: of mechanisms a VO2 unit has "
+            f"{', '.join(sorted(IN_SOURCE))}; take the tables out to export the rest"
         )
-    nominal = [one for one in simulation.parameters if not one.mechanism]
+    shown = [one for one in simulation.parameters if one.mechanism in ("", *acting)]
     period_s = request.stimuli[0].period_s if request.stimuli else None
     proposed = float(f"{model.time_constant_s / STEPS_PER_TIME_CONSTANT:.1e}")
     step_s = request.step_s or period_s or proposed
@@ -57,22 +60,25 @@ def vo2_plant(model: Vo2Model, source: str, request: CRequest) -> CPlant:
                 name=one.name, unit=one.unit, value=one.value, meaning=one.declared.meaning,
                 low=one.low if math.isfinite(one.low) else None, high=one.high if math.isfinite(one.high) else None,
             )
-            for one in nominal
+            for one in shown
         ),
         memory=REMEMBERED + 2 * (1 + 2 * MAX_EXTREMA),
         step_s=step_s,
         longest_step_s=period_s or step_s,
         method="heating exact over a step, two Preisach read-outs",
-        source="\n".join(_source(model, [one.name for one in nominal])),
+        source="\n".join(_source(model, [one.name for one in shown], acting)),
+        mechanisms=tuple(acting),
         direct=((), (), ()),
     )  # fmt: skip
 
 
-def _source(model: Vo2Model, names: list[str]) -> Iterator[str]:
+def _source(model: Vo2Model, names: Sequence[str], acting: Sequence[str]) -> Iterator[str]:
     """Yield the parts of the source."""
     yield f"#include <math.h>\n#include <string.h>\n\n#define EXTREMA {MAX_EXTREMA}"
     for k, name in enumerate(names):
-        yield f"#define {name.upper()} value[{k}]"
+        yield f"#define {_c_name(name)} value[{k}]"
+    for identity in acting:
+        yield f"#define HAS_{_c_name(identity)}"
     middles = {
         "CURRENT_MIDDLE": middle(model.current),
         "READING_MIDDLE": middle_reading(model.resistance),
@@ -84,6 +90,10 @@ def _source(model: Vo2Model, names: list[str]) -> Iterator[str]:
     yield from _read_out("film", model.resistance_preisach.params)
     yield from _read_out("beam", model.deflection_preisach.params)
     yield (FOLDER / "march.c").read_text(encoding="utf-8")
+
+
+def _c_name(name: str) -> str:
+    return name.replace(".", "_").upper()
 
 
 def _read_out(name: str, params: PreisachParams) -> Iterator[str]:
