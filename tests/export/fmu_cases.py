@@ -96,7 +96,8 @@ def free_runs(model: Path, data: rtctl.Dataset, folder: Path, version: str = "3.
     )  # fmt: skip
     assert len(ran) == record.samples
     return {
-        name: float(np.abs(ran[name] - course).max() / np.ptp(course)) for name, course in simulated.items()
+        name: float(np.abs(ran[name] - course).max() / max(np.ptp(course), 1e-300))
+        for name, course in simulated.items()
     }
 
 

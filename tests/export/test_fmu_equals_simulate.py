@@ -34,7 +34,9 @@ slow = { value = 1.0, unit = "s" }
 fast = { value = 1e-6, unit = "s" }
 s = { value = 1.0, unit = "V" }
 """
-PERIODS_S = {"cascaded_tanks": 4.0, "heated_body": 1.0, "thermostat": 5.0}
+PERIODS_S = {"cascaded_tanks": 4.0, "heated_body": 1.0, "thermostat": 60.0}
+LEVELS = {"thermostat": (275.0, 290.0)}
+"""Levels of the inputs of models without a device, where 0 to 1 is absurd."""
 
 
 def equations_data(model: Path, folder: Path, hold: str, period_s: float) -> rtctl.Dataset:
@@ -44,7 +46,8 @@ def equations_data(model: Path, folder: Path, hold: str, period_s: float) -> rtc
     limits = content.device.get("inputs", {})
     signals = {}
     for name in content.model.inputs:
-        low, high = (_number(limits.get(name, {}).get(word, k)) for k, word in enumerate(("low", "high")))
+        told = [limits.get(name, {}).get(word) for word in ("low", "high")]
+        low, high = LEVELS.get(model.stem, (0.0, 1.0)) if None in told else (_number(one) for one in told)
         signals[name] = np.repeat(rng.uniform(low, high, 20), 10)
     units = {name: one.unit for name, one in (content.model.inputs | content.model.outputs).items()}
     signals |= {name: np.zeros(200) for name in content.model.outputs}
