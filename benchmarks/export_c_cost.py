@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.api.exporting import export_c
+from rtctl.api.exporting.c import export_c
 from rtctl.api.running import run
 from rtctl.export.c.proof.machines import EMULATED, MACHINES, missing
 from rtctl.export.c.proof.recorded import inputs_of

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from rtctl.api.exporting import export_c
+from rtctl.api.exporting.c import export_c
 from rtctl.api.running import run
 from rtctl.export.c.emulated import run_emulated
 from rtctl.models.vo2 import read_model

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rtctl.api.exporting import export_c
+from rtctl.api.exporting.c import export_c
 from rtctl.export.c.laws.planning import law_of
 from rtctl.export.c.proof.comparison import differences
 from rtctl.export.c.proof.corners import corner_rows

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from rtctl.api.comparison import Comparison, RecordScore, simulate
     from rtctl.api.datasets import read_dataset, write_dataset
     from rtctl.api.diagnosing import Diagnosis, diagnose
-    from rtctl.api.exporting import ExportedLoop, export_c, replay_export, run_on_board
+    from rtctl.api.exporting.c import ExportedLoop, export_c, replay_export, run_on_board
     from rtctl.api.first_look.initiation import Initiation, init
     from rtctl.api.first_look.preview import Preview, preview
     from rtctl.api.identifying.fit import Fit
@@ -61,10 +61,10 @@ _MODULES = {
     "change": "rtctl.api.recordings",
     "recover": "rtctl.api.recordings",
     "export_mcap": "rtctl.api.recordings",
-    "ExportedLoop": "rtctl.api.exporting",
-    "export_c": "rtctl.api.exporting",
-    "replay_export": "rtctl.api.exporting",
-    "run_on_board": "rtctl.api.exporting",
+    "ExportedLoop": "rtctl.api.exporting.c",
+    "export_c": "rtctl.api.exporting.c",
+    "replay_export": "rtctl.api.exporting.c",
+    "run_on_board": "rtctl.api.exporting.c",
     "replay": "rtctl.api.recordings",
     "watch": "rtctl.api.recordings",
     "Run": "rtctl.api.running",

@@ -12,7 +12,7 @@ import pytest
 from firmware_cases import wait_until
 from vo2_model_cases import small_model
 
-from rtctl.api.exporting import export_c, replay_export, run_on_board
+from rtctl.api.exporting.c import export_c, replay_export, run_on_board
 from rtctl.api.running import run
 from rtctl.border.errors import InputError
 from rtctl.export.c.folder import read_manifest

@@ -40,7 +40,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _run_export(args: argparse.Namespace) -> int:
     """Compare what an exported loop computes of the run."""
-    from rtctl.api.exporting import replay_export
+    from rtctl.api.exporting.c import replay_export
     from rtctl.cli.options import print_json
     from rtctl.cli.printing.runs import print_proof
 

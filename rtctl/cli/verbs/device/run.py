@@ -49,7 +49,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _run_on_board(args: argparse.Namespace, folder: Path) -> int:
     """Run with the loop on the emulated board."""
-    from rtctl.api.exporting import run_on_board
+    from rtctl.api.exporting.c import run_on_board
     from rtctl.cli.options import print_json
     from rtctl.cli.printing.runs import print_summary
 

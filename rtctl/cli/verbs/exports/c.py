@@ -8,7 +8,7 @@ from dataclasses import asdict
 
 def run(args: argparse.Namespace) -> int:
     """Write the folder."""
-    from rtctl.api.exporting import export_c
+    from rtctl.api.exporting.c import export_c
     from rtctl.border.errors import InputError
     from rtctl.cli.options import output_folder, print_json
 
