@@ -16,8 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rtctl.arithmetic.elementary import exp
 from rtctl.border.arrays import FloatArray
-from rtctl.border.elementary import exp
 from rtctl.border.kernels import kernel
 from rtctl.hysteresis.packing import array_at, number_at, pack, preisach_at
 from rtctl.hysteresis.preisach.model import PreisachParams, output_at, preisach_step

@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from rtctl.arithmetic.standard_error import combined
 from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import kernel
-from rtctl.estimators.standard_error import combined
 from rtctl.hysteresis.egpi import EgpiParams, egpi_step
 from rtctl.hysteresis.gpi_inverse import GpiInverse, GpiInverseParams, InverseStep, gpi_inverse_step
 from rtctl.hysteresis.packing import array_at, egpi_at, gpi_inverse_at, number_at, pack

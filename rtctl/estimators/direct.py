@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from rtctl.arithmetic.elementary import log
 from rtctl.border.arrays import FloatArray
-from rtctl.border.elementary import log
 from rtctl.border.kernels import kernel
 from rtctl.hysteresis.egpi import EgpiModel, egpi_step
 from rtctl.hysteresis.packing import array_at, egpi_at, pack, preisach_at

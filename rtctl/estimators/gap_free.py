@@ -9,11 +9,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from rtctl.arithmetic.elementary import log
+from rtctl.arithmetic.standard_error import combined
 from rtctl.border.arrays import FloatArray
-from rtctl.border.elementary import log
 from rtctl.border.kernels import kernel
 from rtctl.estimators.composite import SURROGATE_MARGIN
-from rtctl.estimators.standard_error import combined
 from rtctl.hysteresis.egpi import EgpiParams, egpi_step
 from rtctl.hysteresis.gap_free import GapFreeParams, gap_free_inverse_step
 from rtctl.hysteresis.packing import array_at, egpi_at, gap_free_at, number_at, pack

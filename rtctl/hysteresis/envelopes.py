@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rtctl.arithmetic.elementary import atanh, tanh
 from rtctl.border.arrays import FloatArray
-from rtctl.border.elementary import atanh, tanh
 from rtctl.border.kernels import kernel
 
 EnvelopeLines = tuple[FloatArray, FloatArray] | tuple[float, float]

@@ -30,7 +30,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rtctl.border.elementary import exp
+from rtctl.arithmetic.elementary import exp
 from rtctl.border.errors import DriverError, Fault
 from rtctl.border.kernels import background_kernel, kernel
 from rtctl.border.records import Measurement

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from rtctl.border.elementary import atanh, exp, log, power_of_two, tanh
+from rtctl.arithmetic.elementary import atanh, exp, log, power_of_two, tanh
 
 RNG = np.random.default_rng(1)
 SMALL = RNG.normal(0.0, 1e-3, 300)

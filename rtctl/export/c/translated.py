@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from rtctl.export.c.laws.law import INPUT, OUTPUT, Law
-from rtctl.export.c.translation.inference import Instance, Program, struct_of_values
+from rtctl.export.c.translation.inference import Program
+from rtctl.export.c.translation.instances import Instance, struct_of_values
 from rtctl.export.c.translation.types import RecordArray, StructType
 
 

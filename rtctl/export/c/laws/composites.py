@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rtctl.arithmetic.standard_error import combined
 from rtctl.estimators.composite import SURROGATE_MARGIN, composite_step, reading_share
 from rtctl.estimators.direct import READING_MARGIN, clipped_reading, reading_range
 from rtctl.estimators.gap_free import LEAST_SLOPE, gap_free_composite_step
-from rtctl.estimators.standard_error import combined
 from rtctl.export.c.laws.law import Memory
 from rtctl.export.c.laws.parts import Fit, Part, preisach_sources, shortened
 from rtctl.export.c.laws.precision import by_precision

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from rtctl.arithmetic.standard_error import combined
 from rtctl.estimators.observer import PROBE_MA2, filter_start, observer_params, observer_step
-from rtctl.estimators.standard_error import combined
 from rtctl.export.c.laws.law import Memory
 from rtctl.export.c.laws.parts import Fit, Part, preisach_sources, shortened
 from rtctl.models.vo2 import Vo2Model

@@ -26,7 +26,7 @@ Record = Any
 """A record inside a function; numba knows its type, mypy does not."""
 
 
-# complex because it is the text of all exported functions that join the parts, which share what is chosen here
+# long because it is the text of all exported functions that join the parts, which share what is chosen here
 def sample_of(  # noqa: C901
     estimate: Callable[..., Any], forward: Callable[..., Any] | None, delay: int
 ) -> Callable[..., Any]:

@@ -6,7 +6,7 @@ import ast
 import math
 from typing import Any
 
-from rtctl.export.c.translation.inference import Instance
+from rtctl.export.c.translation.instances import Instance
 from rtctl.export.c.translation.types import (
     BOOL,
     INT,

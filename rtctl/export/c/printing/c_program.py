@@ -10,7 +10,8 @@ from rtctl.export.c.laws.law import INPUT, OUTPUT, Law
 from rtctl.export.c.printing.c_expressions import c_number
 from rtctl.export.c.printing.c_statements import Function, comment
 from rtctl.export.c.printing.c_tables import constant_lines, first_value_lines, record_lines, struct_lines
-from rtctl.export.c.translation.inference import Instance, Program
+from rtctl.export.c.translation.inference import Program
+from rtctl.export.c.translation.instances import Instance
 from rtctl.export.c.translation.types import INT, LONG, REAL, StructType
 
 MOST = 110

@@ -7,7 +7,7 @@ import textwrap
 from collections.abc import Iterator
 
 from rtctl.export.c.printing.c_expressions import Expressions, c_name
-from rtctl.export.c.translation.inference import Instance
+from rtctl.export.c.translation.instances import Instance
 from rtctl.export.c.translation.types import (
     INT,
     ArrayType,

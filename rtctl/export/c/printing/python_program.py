@@ -17,7 +17,8 @@ import numpy as np
 
 from rtctl.export.c.laws.precision import ByPrecision
 from rtctl.export.c.printing.c_expressions import COMPARISONS
-from rtctl.export.c.translation.inference import Instance, Program
+from rtctl.export.c.translation.inference import Program
+from rtctl.export.c.translation.instances import Instance
 from rtctl.export.c.translation.types import INT, REAL, Scalar, StructType, TupleType, Type
 
 OPERATORS: dict[type, str] = {

@@ -9,7 +9,8 @@ import numpy as np
 from rtctl.export.c.laws.law import Law, numpy_dtype
 from rtctl.export.c.printing.python_program import in_precision, python_program
 from rtctl.export.c.proof.recorded import Rows, input_dtype, output_dtype
-from rtctl.export.c.translation.inference import Instance, Program
+from rtctl.export.c.translation.inference import Program
+from rtctl.export.c.translation.instances import Instance
 
 WORTH_COMPILING = 50_000
 

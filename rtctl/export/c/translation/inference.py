@@ -9,13 +9,11 @@ from __future__ import annotations
 import ast
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from typing import Any, get_type_hints
 
-import numpy as np
-
-from rtctl.export.c.translation.mutation import mutated_parameters, roots_of
-from rtctl.export.c.translation.source import NotTranslatableError, Source, source_of
+from rtctl.export.c.translation.instances import INT_RANGE, Instance, annotated
+from rtctl.export.c.translation.mutation import mutated_parameters
+from rtctl.export.c.translation.source import source_of
 from rtctl.export.c.translation.types import (
     BOOL,
     INT,
@@ -34,29 +32,6 @@ from rtctl.export.c.translation.types import (
 MATHEMATICS = {math.sqrt: REAL, math.copysign: REAL, math.isfinite: BOOL, math.isnan: BOOL}
 """Functions that are exact, or a test of bits: these need no arithmetic of their own."""
 BUILTINS = {abs, min, max, int, float, bool}
-INT_RANGE = range(-(2**31), 2**31)
-
-
-@dataclass(slots=True, eq=False)
-class Instance:
-    """A kernel for the types of its arguments."""
-
-    name: str
-    source: Source
-    parameters: dict[str, Type]
-    mutated: frozenset[str]
-    """Parameters that it changes in place."""
-    sizes: dict[str, int]
-    """Most entries of each array that is a parameter or a name for one."""
-    types: dict[ast.AST, Type] = field(default_factory=dict)
-    calls: dict[ast.Call, Instance] = field(default_factory=dict)
-    constants: dict[str, float | int] = field(default_factory=dict)
-    locals: dict[str, Type] = field(default_factory=dict)
-    returns: Type = None
-
-    def roots(self) -> dict[str, str]:
-        """Return which parameter each name stands for a part of."""
-        return roots_of(self.source)
 
 
 class Program:
@@ -103,7 +78,7 @@ class Program:
         """Return the type of a NamedTuple: that of its constants, or by its annotations."""
         if source not in self.structs:
             hints = get_type_hints(source)
-            fields = tuple((name, _annotated(hints[name])) for name in source._fields)  # type: ignore[attr-defined]
+            fields = tuple((name, annotated(hints[name])) for name in source._fields)  # type: ignore[attr-defined]
             self.structs[source] = StructType(source.__name__, source, fields)
         return self.structs[source]
 
@@ -113,31 +88,6 @@ class Program:
             free, number = f"{name}_{number}", number + 1
         self._names.add(free)
         return free
-
-
-def _annotated(hint: Any) -> Type:
-    known: dict[Any, Type] = {float: REAL, int: INT, bool: BOOL}
-    if hint not in known:
-        raise NotTranslatableError(f"a NamedTuple's field of type {hint!r} has no counterpart in C")
-    return known[hint]
-
-
-def struct_of_values(values: Any, structs: dict[type, StructType]) -> StructType:
-    """Return the type of a NamedTuple of constants by its values; note it, and those in it, in `structs`."""
-    fields = []
-    for name, value in zip(values._fields, values, strict=True):
-        if isinstance(value, tuple):
-            kind: Type = struct_of_values(value, structs)
-        elif isinstance(value, np.ndarray):
-            kind = ArrayType(value.ndim)
-        else:
-            kind = BOOL if isinstance(value, bool) else INT if isinstance(value, int) else REAL
-            if kind is INT and value not in INT_RANGE:
-                kind = LONG
-        fields.append((name, kind))
-    made = StructType(type(values).__name__, type(values), tuple(fields))
-    structs[type(values)] = made
-    return made
 
 
 class _Inference(ast.NodeVisitor):
@@ -406,7 +356,7 @@ class _Inference(ast.NodeVisitor):
                 return MATHEMATICS[called]
             raise self._source.error(
                 node,
-                f"math.{function.attr} differs from one C library to another; use rtctl.border.elementary",
+                f"math.{function.attr} differs from one C library to another; use rtctl.arithmetic.elementary",
             )
         owner = self._of(function.value)
         if isinstance(owner, ArrayType) and function.attr == "copy" and not kinds:
