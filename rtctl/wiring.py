@@ -358,6 +358,11 @@ def read_model(path: Path, kind: str) -> Any:
     return resolved(_model_files(kind, str(path)).read, f'plant "{kind}"')(path)
 
 
+def read_class(owner: type) -> Any:
+    """Return the model that a class declares. Raises InputError."""
+    return resolved("plant_sim.equations.reading:read_class", "model")(owner)
+
+
 def build_simulation(
     model: Any, units: Mapping[str, str], source: str, kind: str | None = None
 ) -> Simulation:

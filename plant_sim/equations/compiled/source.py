@@ -21,6 +21,7 @@ from plant_sim.equations.language.tree import (
     Negative,
     Number,
     Operation,
+    Own,
     Tree,
     names_in,
 )
@@ -110,6 +111,7 @@ class _Writer:
         self.lines: list[str] = []
         self._dialect = dialect
         self._known: dict[Tree, str] = {}
+        self._called: dict[tuple[str, tuple[Tree, ...]], list[str]] = {}
         terms = system.needed_terms(trees)
         used = {name for tree in (*trees, *terms.values()) for name in names_in(tree)}
         self._variables: dict[str, str] = {
@@ -172,10 +174,29 @@ class _Writer:
             case Logic(word, conditions):
                 between = self._dialect.both if word == "and" else self._dialect.either
                 return between.join(self.number(one) for one in conditions)
+            case Own():
+                return self._own(tree)
             case Call(function, arguments):
                 return self._call(function, [self.number(one) for one in arguments])
             case _:
                 raise TypeError(f"{tree!r} is no node")
+
+    def _own(self, tree: Own) -> str:
+        """Return a number of a function of the user, which is called once for all that it returns."""
+        block = tree.block
+        if block is None:
+            raise TypeError(f"{tree!r} is not bound to a class")
+        key = (block.symbol, tree.arguments)
+        if key not in self._called:
+            given = [
+                _scaled(self.number(one), 1.0 / factor)
+                for one, factor in zip(tree.arguments, block.argument_factors, strict=True)
+            ]
+            made = [f"o{len(self._called)}_{k}" for k in range(len(block.members))]
+            self.lines.append(f"{', '.join(made)}, = {block.symbol}({', '.join(given)})")
+            self._called[key] = made
+        place = block.members.index(tree.member)
+        return _scaled(self._called[key][place], block.member_factors[place])
 
     def _power(self, base: Tree, exponent: Tree) -> str:
         under, power = self.number(base), constant(exponent)
@@ -208,6 +229,10 @@ class _Writer:
                 found = self._new(self._chosen(beyond, other, found))
             return found
         return f"{FUNCTIONS[function].code}({', '.join(arguments)})"
+
+
+def _scaled(value: str, factor: float) -> str:
+    return value if factor == 1.0 else f"{value} * {factor!r}"
 
 
 def _literal(value: float) -> str:

@@ -13,7 +13,16 @@ from rtctl.border.errors import InputError
 
 
 def extended_system(model: EquationsFile, source: str) -> System:
-    """Return the equations with the terms of the model's mechanisms. Raises InputError for one that is no term."""
+    """Return the equations with the terms of the model's mechanisms.
+
+    Raises:
+        InputError: A mechanism is no term, or the rates are functions of a Python class.
+    """
+    if model.model.python:
+        raise InputError(
+            f"{source}: model.python: the rates are functions of {model.model.python}, which other programs cannot call; "
+            "write them as expressions in [model.states]"
+        )
     system = system_of(model, source)
     if not model.model.mechanisms:
         return system
