@@ -1,1 +1,1 @@
-"""Models and controllers for other programs and machines."""
+"""Models, loops and runs for other programs and machines."""

@@ -1,7 +1,7 @@
-"""A recorded run as a file for other programs, or a loop as sources for other machines.
+"""A recorded run or a model as a file for other programs, or a loop as sources for other machines.
 
-mcap: a run for PlotJuggler, Foxglove and Lichtblick. c: estimator, controller, limits and guards of a scenario as C99
-for a microcontroller (docs/export-c.md).
+mcap: a run for PlotJuggler, Foxglove and Lichtblick. fmu: a model for simulators (docs/export-fmu.md). c: estimator,
+controller, limits and guards of a scenario as C99 for a microcontroller (docs/export-c.md).
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from pathlib import Path
 
 FORMATS = {
     "mcap": "rows, times, changes and events of a run",
+    "fmu": "a model as a functional mock-up unit (FMI), for simulators",
     "c": "the loop of a scenario as C99 for a microcontroller",
 }
 """What each format is; its module below `rtctl.cli.verbs.exports` has its name."""
@@ -26,9 +27,25 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="mcap: folder of a run (its --out), under way, ended or killed",
     )  # fmt: skip
     parser.add_argument(
-        "--out", type=Path, required=True, metavar="PATH", help="file, such as run.mcap; c: folder"
+        "--out",
+        type=Path,
+        required=True,
+        metavar="PATH",
+        help="file, such as run.mcap or model.fmu; c: folder",
     )
-    parser.add_argument("--model", type=Path, metavar="MODEL.toml", help="c: the identified model")
+    parser.add_argument(
+        "--model", type=Path, metavar="MODEL.toml", help="fmu: the model; c: the identified one"
+    )
+    parser.add_argument("--fmi", choices=("3.0", "2.0"), default="3.0", help="fmu: version of FMI (3.0)")
+    parser.add_argument(
+        "--dataset", type=Path, metavar="DATASET",
+        help="fmu: manifest of records that it shall integrate as `rtctl simulate` does",
+    )  # fmt: skip
+    parser.add_argument(
+        "--step", metavar="TIME",
+        help='fmu: communication step that it proposes, such as "1 ms" (the sample period of --dataset)',
+    )  # fmt: skip
+    parser.add_argument("--sources-only", action="store_true", help="fmu: compile no binary for this machine")
     parser.add_argument("--scenario", metavar="SCENARIO", help="c: scenario file or bundled name")
     parser.add_argument(
         "--set", dest="overrides", action="append", default=[], metavar="KEY=VALUE",
