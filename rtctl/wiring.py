@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rtctl.border.errors import InputError, nearest
-from rtctl.border.quantities import convert, read_toml
 from rtctl.border.records import DeviceProfile, Driver
 from rtctl.border.simulation import Simulation
+from rtctl.border.units.quantities import convert, read_toml
 from rtctl.estimators.reading import ReadingEstimator
 from rtctl.interfaces import Clock, Estimator, Setup
 from rtctl.orbits.forced import Forced

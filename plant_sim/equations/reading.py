@@ -20,8 +20,8 @@ from plant_sim.equations.own_class.declaration import content_of, with_class
 from plant_sim.equations.system import Constant, Event, Input, Output, State, System, ordered
 from rtctl.border.equations.file import KIND, EquationsFile
 from rtctl.border.errors import InputError, nearest
-from rtctl.border.quantities import check, read_toml, unit_registry
-from rtctl.border.unit_text import parsed_unit
+from rtctl.border.units.quantities import check, read_toml, unit_registry
+from rtctl.border.units.unit_text import parsed_unit
 
 ZERO: Tree = Number(0.0)
 

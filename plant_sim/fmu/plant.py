@@ -16,8 +16,8 @@ from typing import Any
 
 from plant_sim.fmu.unit import Unit, read_unit
 from rtctl.border.errors import InputError
-from rtctl.border.quantities import read_toml
 from rtctl.border.records import DeviceProfile, device_profile
+from rtctl.border.units.quantities import read_toml
 
 _log = logging.getLogger(__name__)
 SAME = 1e-9

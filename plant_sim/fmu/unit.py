@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from rtctl.border.errors import InputError
-from rtctl.border.quantities import check_unit_text
+from rtctl.border.units.quantities import check_unit_text
 
 VERSIONS = ("2.0", "3.0")
 SCALARS = ("Real", "Float64")

@@ -16,7 +16,7 @@ from pydantic import Field, create_model, model_validator
 from plant_sim.bounds import FINITE, NOT_NEGATIVE, POSITIVE
 from rtctl.border.errors import InputError
 from rtctl.border.model_file import ModelFile
-from rtctl.border.quantities import Checked, Quantity, check, unit_registry
+from rtctl.border.units.quantities import Checked, Quantity, check, unit_registry
 
 AS_WRITTEN = re.compile(r"\((?P<displacement>.+)\)/\(s\^2\*\(\((?P<drive>.+)\)\)\)")
 """Form of the unit of `drive_gain`, which tells those of drive and displacement; m/s^2 alone does not."""

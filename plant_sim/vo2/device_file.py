@@ -15,7 +15,7 @@ from plant_sim.vo2.effects import Effects
 from plant_sim.vo2.heating import Heating
 from plant_sim.vo2.limiting_loop import LimitingLoop
 from plant_sim.vo2.resistance import Resistance, semiconductor_at
-from rtctl.border.quantities import Checked, Quantity, check, read_toml
+from rtctl.border.units.quantities import Checked, Quantity, check, read_toml
 
 
 class Nameplate(Checked):

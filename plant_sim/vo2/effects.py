@@ -17,7 +17,7 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from plant_sim.bounds import FINITE, NOT_NEGATIVE, POSITIVE
-from rtctl.border.quantities import Checked, Quantity
+from rtctl.border.units.quantities import Checked, Quantity
 
 LONGEST_DELAY_S = 1.0
 DRIFTS = ("warming", "gain_drift", "ageing")

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 from plant_sim.vo2.effects import Effects
-from rtctl.border.quantities import check
+from rtctl.border.units.quantities import check
 
 PREFIX = "effects."
 TRUTHS = (

@@ -23,8 +23,8 @@ from plant_sim.equations.language.tree import (
     terms_of,
     written,
 )
-from rtctl.border.quantities import unit_registry
-from rtctl.border.unit_text import parsed_unit
+from rtctl.border.units.quantities import unit_registry
+from rtctl.border.units.unit_text import parsed_unit
 
 Unit: TypeAlias = Any  # of pint, whose types mypy takes for two; None: of the number 0
 PLAIN = "a plain number"

@@ -14,8 +14,8 @@ from plant_sim.equations.language.tree import Own, Tree, rebuilt
 from plant_sim.equations.own_class.declaration import RATES, OwnFunction, functions_of, imported
 from rtctl.border.equations.file import EquationsTable
 from rtctl.border.errors import nearest
-from rtctl.border.quantities import unit_registry
-from rtctl.border.unit_text import parsed_unit
+from rtctl.border.units.quantities import unit_registry
+from rtctl.border.units.unit_text import parsed_unit
 
 
 def blocks_of(model: EquationsTable, source: str) -> dict[str, Block]:

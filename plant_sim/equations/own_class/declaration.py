@@ -20,7 +20,7 @@ from plant_sim.equations.language.functions import TIME
 from rtctl.border.equations.file import KIND, EquationsFile
 from rtctl.border.errors import InputError, nearest
 from rtctl.border.importing import import_object, look_beside
-from rtctl.border.quantities import check
+from rtctl.border.units.quantities import check
 
 RATES, READINGS = "rates", "readings"
 TABLES = ("inputs", "states", "outputs", "parameters")

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, model_validator
 
 from rtctl.border.model_file import MechanismTable, Value, check_each_once
-from rtctl.border.quantities import Checked
+from rtctl.border.units.quantities import Checked
 
 KIND = "equations"
 

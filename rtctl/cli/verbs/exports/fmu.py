@@ -39,7 +39,7 @@ def run(args: argparse.Namespace) -> int:
 def _step_s(text: str | None) -> float | None:
     """Return a time [s]. Raises InputError."""
     from rtctl.border.errors import InputError
-    from rtctl.border.quantities import parse_quantity
+    from rtctl.border.units.quantities import parse_quantity
 
     if text is None:
         return None

@@ -9,7 +9,7 @@ from typing import Any
 import pint
 
 from rtctl.border.errors import nearest
-from rtctl.border.quantities import QUANTITY, check_unit_text, unit_registry
+from rtctl.border.units.quantities import QUANTITY, check_unit_text, unit_registry
 
 _COMMON = (
     *(
