@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from rtctl.api.comparison import Comparison, RecordScore, simulate
     from rtctl.api.datasets import read_dataset, write_dataset
     from rtctl.api.diagnosing import Diagnosis, diagnose
+    from rtctl.api.doubting import doubt
     from rtctl.api.first_look.initiation import Initiation, init
     from rtctl.api.first_look.preview import Preview, preview
     from rtctl.api.identifying.fit import Fit
@@ -38,6 +39,7 @@ _MODULES = {
     "simulate": "rtctl.api.comparison",
     "Diagnosis": "rtctl.api.diagnosing",
     "diagnose": "rtctl.api.diagnosing",
+    "doubt": "rtctl.api.doubting",
     "Initiation": "rtctl.api.first_look.initiation",
     "init": "rtctl.api.first_look.initiation",
     "Preview": "rtctl.api.first_look.preview",
@@ -104,6 +106,7 @@ __all__ = [
     "change",
     "demonstrate",
     "diagnose",
+    "doubt",
     "export_mcap",
     "identify",
     "init",

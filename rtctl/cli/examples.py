@@ -16,6 +16,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "rtctl export mcap out/steps --out steps.mcap --json",
     ),
     "replay": ("rtctl replay out/steps", "rtctl replay out/steps --out out/again"),
+    "doubt": ("rtctl doubt out/steps", "rtctl doubt out/steps --live --policy derate"),
     "recover": ("rtctl recover out/steps", "rtctl recover out/steps --json"),
     "acquire": (
         "rtctl acquire acquire_oscillator --out data",
