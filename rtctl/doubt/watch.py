@@ -243,7 +243,7 @@ class Watch:
 
     def _check_estimate(self, window: Window) -> Iterator[Finding]:
         belief = self._belief
-        agrees = window.rms < 3.0 * math.sqrt(self._before[0])
+        agrees = window.rms < AGREES * math.sqrt(self._before[0])
         if window.estimate_off > ESTIMATE_OFF * belief.output_width and agrees:
             if "estimator" not in self._said:
                 self._said.add("estimator")
