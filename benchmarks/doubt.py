@@ -15,6 +15,7 @@ import json
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -160,7 +161,7 @@ def foreign(args: argparse.Namespace) -> None:
                 if not model.is_file():
                     print(f"foreign {seed}: not identified", flush=True)
                     break
-                with_server(command, lambda where: played_on(where, folder, model))  # noqa: B023
+                with_server(command, partial(played_on, folder=folder, model=model))
             if (folder / "summary.json").is_file():
                 rows.append(judged(f"foreign {seed}", change, folder, 20.0, use_reference=args.reference))
     told(rows)

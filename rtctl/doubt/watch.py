@@ -35,6 +35,8 @@ FAR_OFF = 8.0
 """Errors of the model by which the first windows must differ before the device counts as another one."""
 ESTIMATE_OFF = 0.05
 """Of the output's range: an estimate that is off by more from a model that agrees with the readings is wrong."""
+AGREES = 6.0
+"""Errors of the model within which current and readings agree with it."""
 ALIKE = 0.95
 """|cos| of two directions beyond which small changes along them are not told apart."""
 
