@@ -90,3 +90,7 @@ class Belief(Protocol):
             before: mean square of the residuals of reading and output before the change; NaN: no reference.
         """
         ...
+
+    def take(self, named: Named, sample: int) -> None:
+        """Take a cause as true from a sample on, so that the next change is explained beside it."""
+        ...

@@ -46,7 +46,7 @@ class ReferenceWindows:
             floor: variance of each number between two windows of the same motion (n,).
             model: variance of each number over all motions (n,).
         """
-        self.floor, self._model = floor, model
+        self.floor, self.model = floor, model
         self._motions: list[FloatArray] = []
         self._numbers: list[FloatArray] = []
         self._variances: list[FloatArray] = []
@@ -67,11 +67,11 @@ class ReferenceWindows:
     def compare(self, motion: FloatArray, numbers: FloatArray) -> Compared:
         """Compare a window with the past; without a past with the model alone, whose numbers are 0."""
         if not self._motions:
-            variance = self.floor + self._model
+            variance = self.floor + self.model
             return Compared(numbers / np.sqrt(variance), variance, math.inf)
         away = np.max(np.abs(np.array(self._motions) - motion), axis=1)
         nearest = int(np.argmin(away))
         distance = float(away[nearest])
         grown = 1.0 - math.exp(-2.0 * distance / LENGTH)
-        variance = self._variances[nearest] + self.floor + self._model * grown
+        variance = self._variances[nearest] + self.floor + self.model * grown
         return Compared((numbers - self._numbers[nearest]) / np.sqrt(variance), variance, distance)

@@ -33,8 +33,10 @@ FAST_FLOOR, FAST_MODEL = 0.3, 0.7
 """Of the logarithm of the noise: deviation on the same motion, and over all motions."""
 FAR_OFF = 8.0
 """Errors of the model by which the first windows must differ before the device counts as another one."""
-ESTIMATE_OFF = 0.05
+ESTIMATE_OFF = 0.15
 """Of the output's range: an estimate that is off by more from a model that agrees with the readings is wrong."""
+AS_BEFORE = 2.0
+"""Cost of no further change up to which what was named before is enough."""
 AGREES = 6.0
 """Errors of the model within which current and readings agree with it."""
 ALIKE = 0.95
@@ -79,6 +81,7 @@ class Watch:
         self._before = (belief.reading_error**2, belief.output_error**2)
         """Mean square residuals of reading and output while nothing had changed yet."""
         self._changed = False
+        self._first: ReferenceWindows | None = None
         self.gram: FloatArray = np.zeros((n, n))
         self.output_gram: FloatArray = np.zeros((n, n))
         self.z: FloatArray = np.zeros(2 * n + 1)
@@ -186,6 +189,11 @@ class Watch:
                 near = int(np.argmin(np.max(np.abs(motions[:k] - motion), axis=1)))
                 reference.floor = np.fmax(reference.floor, 0.5 * (values - numbers[near]) ** 2)
             reference.add(motion, values, np.zeros_like(values))
+        if (
+            self._first is not None
+        ):  # what a drift adds to the windows of today is no reason to trust them less
+            reference.floor, reference.model = self._first.floor, self._first.model
+        self._first = self._first or reference
         self._reference = reference
         if not self._changed:
             self._before = (
@@ -233,7 +241,15 @@ class Watch:
         """Name a change from the rows that are kept, the last `after` windows of which came after the alarm."""
         rows = joined(self._kept)
         onset = max(len(rows.samples) - (self._onset + after) * self._size, 0)
-        answers = answer_of(self._belief.explain(rows, onset, self._before))
+        found = self._belief.explain(rows, onset, self._before)
+        answers = answer_of(found)
+        if self._changed and found[0].cost < AS_BEFORE:
+            return Finding(
+                "named", last, int(rows.samples[onset]), "what was named before explains it: it goes on"
+            )
+        if answers:
+            best = next(one for one in found if one.id == answers[0].id)
+            self._belief.take(best, int(rows.samples[onset]))
         said = " or ".join(f"{one.statement} ({100.0 * one.probability:.0f} %)" for one in answers[:2])
         return Finding("named", last, int(rows.samples[onset]), said or "no known cause explains it", answers)
 
@@ -246,7 +262,7 @@ class Watch:
     def _check_estimate(self, window: Window) -> Iterator[Finding]:
         belief = self._belief
         agrees = window.rms < AGREES * math.sqrt(self._before[0])
-        if window.estimate_off > ESTIMATE_OFF * belief.output_width and agrees:
+        if window.estimate_off > ESTIMATE_OFF * belief.output_width and agrees and not self._changed:
             if "estimator" not in self._said:
                 self._said.add("estimator")
                 yield Finding(

@@ -140,6 +140,9 @@ class Straight:
     def explain(self, rows: Rows, onset: int, before: tuple[float, float]) -> list[Named]:
         return [Named("", "", 0.0, "", 10.0), Named("sensor.gain", "offset", 1.0, "", 1.0)]
 
+    def take(self, named: Named, sample: int) -> None:
+        pass
+
 
 def rows_of(begin: int, count: int, reading_off: float = 0.0, *, still: bool = False) -> Rows:
     k = np.arange(begin, begin + count, dtype=float)

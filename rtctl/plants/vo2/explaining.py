@@ -24,7 +24,7 @@ from rtctl.simulations.vo2.loop_dynamics import Vo2Dynamics
 
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 REFINEMENTS = 3
-REFINED = 4.0
+REFINED = 30.0
 """A cause is refined if its first sizes leave at most so many times what the best one leaves."""
 LEAST_ROWS, LEAST_SHARE = 500, 0.1
 """Rows before the change from which a difference of the room is taken; of the error before it, what may be left."""
@@ -33,11 +33,52 @@ SECOND_TIMES = (3.0, 6.0, 12.0)
 """Time constants of a second part over the first that are tried."""
 
 
+class Taken:
+    """Changes that were named before, which the rows have besides the one that is asked for."""
+
+    def __init__(self, dynamics: Vo2Dynamics, period_s: float) -> None:
+        self.dynamics, self._period_s = dynamics, period_s
+        self._courses: list[tuple[str, float, int]] = []
+
+    def take(self, named: Named, sample: int) -> None:
+        """Take a cause as true from a sample on; those of a shape that is not known any more are left out."""
+        own, size = self.dynamics, named.size
+        if named.id == "actuation.delay":
+            self.dynamics = replace(own, delay_s=own.delay_s + size)
+        elif named.id == "sensor.lag":
+            self.dynamics = replace(own, sensor_lag_s=own.sensor_lag_s + size)
+        elif named.id == "hysteresis.rate_dependence":
+            self.dynamics = replace(own, balance=own.balance._replace(lag_s=own.balance.lag_s + size))
+        elif named.id in ("thermal.ambient_drift", "input.gain_drift", "sensor.ageing", "sensor.gain"):
+            self._courses.append((named.id, size, sample))
+
+    def courses(self, rows: Rows) -> tuple[FloatArray, FloatArray]:
+        """Return heat [mA^2] and what is added to ln R, of each row (n,)."""
+        warmth, aged = np.zeros(len(rows.samples)), np.zeros(len(rows.samples))
+        for name, size, sample in self._courses:
+            since_s = np.maximum(rows.samples - sample, 0.0) * self._period_s
+            if name == "thermal.ambient_drift":
+                warmth += size * since_s
+            elif name == "input.gain_drift":
+                warmth += ((1.0 + size * since_s) ** 2 - 1.0) * rows.levels**2
+            elif name == "sensor.ageing":
+                aged += size * since_s
+            else:
+                aged += math.log(1.0 + size) * (rows.samples >= sample)
+        return warmth, aged
+
+
 class Trial:
     """The rows, and what a trial of a cause leaves of their residuals."""
 
     def __init__(
-        self, model: Vo2Model, dynamics: Vo2Dynamics, rows: Rows, onset: int, before: tuple[float, float]
+        self,
+        model: Vo2Model,
+        dynamics: Vo2Dynamics,
+        rows: Rows,
+        onset: int,
+        before: tuple[float, float],
+        taken: Taken,
     ) -> None:
         self.model, self.own, self.rows, self.onset = model, dynamics, rows, onset
         self.before = before
@@ -46,6 +87,8 @@ class Trial:
         self.since_s: FloatArray = np.maximum(time_s - time_s[onset], 0.0)
         self.after: FloatArray = (np.arange(len(rows.levels)) >= onset).astype(np.float64)
         self.heat = 0.0
+        self._warmth, self._aged = taken.courses(rows)
+        self.log_read = self.log_read - self._aged
         self._take_heat()
         self.base = self.run(dynamics)
 
@@ -66,7 +109,7 @@ class Trial:
         self, dynamics: Vo2Dynamics, levels: FloatArray | None = None, heat: FloatArray | None = None
     ) -> FloatArray:
         """Return ln R, deflection [um] and temperature of a free run over all rows (3, n)."""
-        rows, nothing = self.rows, np.full_like(self.after, self.heat)
+        rows, nothing = self.rows, self._warmth + self.heat
         path = PathRun(self.model, dynamics)
         path.start(min(float(rows.levels.min()), self.model.current.low))
         levels = rows.levels if levels is None else levels
@@ -100,10 +143,11 @@ class Cause(NamedTuple):
 
 
 def explain(
-    model: Vo2Model, dynamics: Vo2Dynamics, rows: Rows, onset: int, before: tuple[float, float]
+    model: Vo2Model, rows: Rows, onset: int, before: tuple[float, float], taken: Taken
 ) -> list[Named]:
     """Fit each cause; return no change at all, then the causes, the best one first. See `Belief.explain`."""
-    trial = Trial(model, dynamics, rows, onset, before)
+    dynamics = taken.dynamics
+    trial = Trial(model, dynamics, rows, onset, before, taken)
     nothing = Named("", "nothing has changed", 0.0, "", trial.cost(trial.base))
     coarse = [(cause, [cause.cost(trial, size) for size in cause.sizes]) for cause in causes_of(dynamics)]
     least = min(min(costs) for _, costs in coarse)
@@ -167,7 +211,7 @@ def causes_of(own: Vo2Dynamics) -> list[Cause]:
         return t.cost(t.base, np.log(np.maximum(1.0 + s * t.rows.levels / np.exp(t.base[0]), 1e-9)) * t.after)
 
     times = tuple(tau_s * share for share in (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0))
-    rates = _both(0.003, 0.01, 0.03, 0.1, 0.3)
+    rates = _both(0.003, 0.01, 0.03, 0.06, 0.12, 0.3)
     found = [
         Cause("actuation.delay", "the current acts {ms:.2g} ms later", "s", times, later),
         Cause("sensor.lag", "the reading of the resistance lags by {ms:.2g} ms", "s", times, lagging),

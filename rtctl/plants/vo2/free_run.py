@@ -18,7 +18,7 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.doubt.belief import Direction, Named, Predicted, Rows
 from rtctl.models.vo2 import Vo2Model
-from rtctl.plants.vo2.explaining import explain
+from rtctl.plants.vo2.explaining import Taken, explain
 from rtctl.plants.vo2.path_run import PathRun
 from rtctl.simulations.vo2.loop_dynamics import Vo2Dynamics, loop_dynamics
 
@@ -74,6 +74,7 @@ class Vo2Belief:
 
     def __init__(self, model: Vo2Model) -> None:
         self._model = model
+        self._taken: Taken | None = None
         self._copies = copies_of(model)
         self._runs = {name: PathRun(model, copy.dynamics) for name, copy in self._copies.items()}
         self.directions = tuple(
@@ -92,8 +93,11 @@ class Vo2Belief:
 
     def predict(self, rows: Rows) -> Predicted:
         """See `Belief`."""
+        warmth, aged = np.zeros((2, len(rows.levels)))
+        if self._taken is not None:
+            warmth, aged = self._taken.courses(rows)
         found = {
-            name: self._runs[name].run(rows.levels, rows.elapsed_s, np.full(len(rows.levels), copy.heat))
+            name: self._runs[name].run(rows.levels, rows.elapsed_s, copy.heat + warmth)
             for name, copy in self._copies.items()
         }
         reading, output, warm = found[""]
@@ -102,14 +106,21 @@ class Vo2Belief:
         width = self._model.current.width
         motion = np.stack([np.sqrt(np.maximum(warm, 0.0)) / width, reading / self._log_width], axis=1)
         return Predicted(
-            log_of(rows.sensed) - reading, reading, output, motion,
+            log_of(rows.sensed) - reading - aged, reading, output, motion,
             np.stack([*((one[0] - reading) / size for one, size in pairs), still + 1.0], axis=1),
             np.stack([*((one[1] - output) / size for one, size in pairs), still], axis=1),
         )  # fmt: skip
 
     def explain(self, rows: Rows, onset: int, before: tuple[float, float]) -> list[Named]:
         """See `Belief`."""
-        return explain(self._model, self._copies[""].dynamics, rows, onset, before)
+        if self._taken is None:
+            self._taken = Taken(self._copies[""].dynamics, float(np.median(rows.elapsed_s)))
+        return explain(self._model, rows, onset, before, self._taken)
+
+    def take(self, named: Named, sample: int) -> None:
+        """See `Belief`."""
+        if self._taken is not None:
+            self._taken.take(named, sample)
 
 
 def log_of(resistance: FloatArray) -> FloatArray:
