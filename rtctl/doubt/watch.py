@@ -23,7 +23,7 @@ from rtctl.doubt.window import LEAST_MOTION, Window, window_of
 WINDOW_S = 1.0
 LEARNED = 8
 """Windows that are the past, after the first one, in which the device warms up."""
-KEPT = 14
+KEPT = 24
 """Windows of rows that are kept for naming."""
 AFTER = 4
 """Windows after an alarm before it is named."""
