@@ -3,6 +3,8 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
+# Hundreds of processes import the same modules; without bytecode on disk each of them compiles all for four seconds.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: run test setup lint types contracts unit slow fuzz docs coverage minimal thresholds blind figures benchmarks clean
 

@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     from rtctl.api.datasets import read_dataset, write_dataset
     from rtctl.api.diagnosing import Diagnosis, diagnose
     from rtctl.api.doubting import doubt
+    from rtctl.api.exporting.c import ExportedLoop, export_c, replay_export, run_on_board
+    from rtctl.api.exporting.dynamics import Linearised, ModelDynamics, dynamics
+    from rtctl.api.exporting.fmu import ExportedFmu, export_fmu
+    from rtctl.api.exporting.matlab import read_mat, save_mat, save_matlab_function
     from rtctl.api.first_look.initiation import Initiation, init
     from rtctl.api.first_look.preview import Preview, preview
     from rtctl.api.identifying.fit import Fit
@@ -40,6 +44,11 @@ _MODULES = {
     "Diagnosis": "rtctl.api.diagnosing",
     "diagnose": "rtctl.api.diagnosing",
     "doubt": "rtctl.api.doubting",
+    "Linearised": "rtctl.api.exporting.dynamics",
+    "ModelDynamics": "rtctl.api.exporting.dynamics",
+    "dynamics": "rtctl.api.exporting.dynamics",
+    "ExportedFmu": "rtctl.api.exporting.fmu",
+    "export_fmu": "rtctl.api.exporting.fmu",
     "Initiation": "rtctl.api.first_look.initiation",
     "init": "rtctl.api.first_look.initiation",
     "Preview": "rtctl.api.first_look.preview",
@@ -52,6 +61,9 @@ _MODULES = {
     "measure_latency": "rtctl.api.machines",
     "serve": "rtctl.api.machines",
     "serve_device": "rtctl.api.machines",
+    "read_mat": "rtctl.api.exporting.matlab",
+    "save_mat": "rtctl.api.exporting.matlab",
+    "save_matlab_function": "rtctl.api.exporting.matlab",
     "Model": "rtctl.api.model",
     "Parameter": "rtctl.api.model",
     "read_model": "rtctl.api.model",
@@ -62,6 +74,10 @@ _MODULES = {
     "change": "rtctl.api.recordings",
     "recover": "rtctl.api.recordings",
     "export_mcap": "rtctl.api.recordings",
+    "ExportedLoop": "rtctl.api.exporting.c",
+    "export_c": "rtctl.api.exporting.c",
+    "replay_export": "rtctl.api.exporting.c",
+    "run_on_board": "rtctl.api.exporting.c",
     "replay": "rtctl.api.recordings",
     "watch": "rtctl.api.recordings",
     "Run": "rtctl.api.running",
@@ -85,12 +101,16 @@ __all__ = [
     "Dataset",
     "Diagnosis",
     "DriverError",
+    "ExportedFmu",
+    "ExportedLoop",
     "Fault",
     "Fit",
     "Initiation",
     "InputError",
     "Latency",
+    "Linearised",
     "Model",
+    "ModelDynamics",
     "Parameter",
     "PartInfo",
     "PartList",
@@ -107,6 +127,9 @@ __all__ = [
     "demonstrate",
     "diagnose",
     "doubt",
+    "dynamics",
+    "export_c",
+    "export_fmu",
     "export_mcap",
     "identify",
     "init",
@@ -115,12 +138,17 @@ __all__ = [
     "measure_latency",
     "preview",
     "read_dataset",
+    "read_mat",
     "read_model",
     "recover",
     "register",
     "replay",
+    "replay_export",
     "reproduce_study",
     "run",
+    "run_on_board",
+    "save_mat",
+    "save_matlab_function",
     "serve",
     "serve_device",
     "simulate",

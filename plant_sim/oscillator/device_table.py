@@ -88,6 +88,24 @@ def read_device_table(model: ModelFile, path: Path) -> DeviceTable:
         raise InputError(f"{path}: [device]: {error}") from None
 
 
+def signal_units(model: ModelFile, source: str) -> dict[str, str]:
+    """Return the units of drive and displacement that a model file tells by its parameters or its [device].
+
+    Raises:
+        InputError: It tells none; it names `source`, the file.
+    """
+    units = _told_units(model)
+    for signal in units:
+        table = model.device.get(signal)
+        units[signal] = units[signal] or (str(table.get("unit", "")) if isinstance(table, dict) else "")
+        if not units[signal]:
+            raise InputError(
+                f"{source}: the parameters do not tell the unit of {signal}; give [device.{signal}] with its unit such "
+                f'as "{"mm" if signal == "displacement" else "V"}", or a dataset of the device'
+            )
+    return {signal: f"{unit_registry().parse_units(unit):~C}" for signal, unit in units.items()}
+
+
 def _told_units(model: ModelFile) -> dict[str, str]:
     """Return the units of drive and displacement that `drive_gain` in {z}/(s^2 {u}) tells; "" if it does not."""
     gain = model.model.parameters.get("drive_gain")

@@ -29,7 +29,7 @@ VERBS = {
     "run": Verb("device.run", "play a scenario in closed loop (or open loop) and score it"),
     "set": Verb("device.set", "change the set-point or a gain of a run that is under way"),
     "watch": Verb("device.watch", "a run in a browser, while it lasts and afterwards; --control changes it"),
-    "export": Verb("export", "a recorded run as a file for other programs (mcap)"),
+    "export": Verb("export", "a run, a model or a loop for other programs and machines (mcap, fmu, c)"),
     "replay": Verb(
         "device.replay",
         "a recorded run through estimator and controller again: the same commands to the bit?",

@@ -101,6 +101,8 @@ class EquationsTable(Checked):
     """Table [model]."""
 
     kind: str
+    python: str = ""
+    """"module:Class" of a device whose functions the expressions call; "" where there is none."""
     inputs: dict[str, InputTable] = Field(default_factory=dict)
     states: dict[str, StateTable]
     outputs: dict[str, OutputTable]

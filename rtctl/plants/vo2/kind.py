@@ -18,6 +18,8 @@ VO2 = PlantKind(
         simulation="rtctl.simulations.vo2:vo2_simulation",
         mechanisms="rtctl.simulations.vo2:MECHANISMS",
         mechanism_type="rtctl.simulations.vo2.mechanism:Vo2Mechanism",
+        dynamics="rtctl.simulations.vo2.branch:vo2_dynamics",
+        c_plant="rtctl.simulations.vo2.c_source.plant:vo2_plant",
     ),
     control=Control(support="rtctl.plants.vo2.control:Vo2Support"),
     identification=Identification(
