@@ -1,6 +1,6 @@
 """Exported loops on every machine that is here, over many samples of noise and corners: the same bits as Python?
 
-python benchmarks/export_c_proof.py --model MODEL.toml [--rows 1000000] [--estimators observer composite ...]
+python benchmarks/export_c_proof.py --model MODEL.toml [--rows 1000000] [--estimators observer ...] [--machines gcc ...]
 """
 
 from __future__ import annotations
@@ -31,6 +31,7 @@ def main() -> None:
     parser.add_argument("--model", type=Path, required=True)
     parser.add_argument("--rows", type=int, default=1_000_000)
     parser.add_argument("--estimators", nargs="+", default=ESTIMATORS)
+    parser.add_argument("--machines", nargs="+", choices=tuple(MACHINES), default=tuple(MACHINES))
     args = parser.parse_args()
     print("| estimator | precision | machine | samples | faults among them | differ from Python | s |")
     print("|---|---|---|---|---|---|---|")
@@ -46,7 +47,7 @@ def main() -> None:
                 rows = corner_rows(exported.law, args.rows, real, seed=3)
                 oracle = PythonLaw(*exported, real, compiled=True)(rows)
                 faults = int((np.diff(oracle["fault"], prepend=0) > 0).sum())
-                for machine in MACHINES.values():
+                for machine in (MACHINES[name] for name in args.machines):
                     if missing(machine) or precision not in machine.precisions:
                         continue
                     begin = time.perf_counter()

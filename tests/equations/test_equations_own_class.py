@@ -175,3 +175,10 @@ def test_a_call_without_a_class_and_a_class_that_is_not_there_are_said(tmp_path:
     file.write_text('[model]\nkind = "equations"\npython = "nowhere:Tank"\n', encoding="utf-8")
     with pytest.raises(InputError, match='there is no module "nowhere" beside the file'):
         rtctl.read_model(file)
+
+
+def test_an_export_says_that_other_programs_cannot_call_a_class(
+    tanks: tuple[Path, Path], tmp_path: Path
+) -> None:
+    with pytest.raises(InputError, match=r"model\.python: the rates are functions of own_devices:Tanks"):
+        rtctl.export_fmu(tanks[0], tmp_path / "tanks.fmu")

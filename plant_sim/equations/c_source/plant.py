@@ -9,7 +9,7 @@ import numpy as np
 
 from plant_sim.equations.c_source.laws import laws, numbers
 from plant_sim.equations.c_source.planning import steps_for
-from plant_sim.equations.exported.extended import extended_system
+from plant_sim.equations.exported.extended import expressed_system
 from plant_sim.equations.integration.steps import Plan
 from plant_sim.equations.language.tree import Tree, names_in, written
 from plant_sim.equations.system import System
@@ -31,7 +31,7 @@ def equations_plant(model: EquationsFile, source: str, request: CRequest) -> CPl
     Raises:
         InputError: A part of the model has no form in C; it is named.
     """
-    system = extended_system(model, source)
+    system = expressed_system(model, source)
     how, step_s = steps_for(model, system, source, request)
     return CPlant(
         kind="equations",

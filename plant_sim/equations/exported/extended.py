@@ -12,17 +12,22 @@ from rtctl.border.equations.file import EquationsFile
 from rtctl.border.errors import InputError
 
 
-def extended_system(model: EquationsFile, source: str) -> System:
-    """Return the equations with the terms of the model's mechanisms.
+def expressed_system(model: EquationsFile, source: str) -> System:
+    """Return the extended equations for a program that has no Python.
 
     Raises:
-        InputError: A mechanism is no term, or the rates are functions of a Python class.
+        InputError: The rates are functions of a Python class, or a mechanism is no term.
     """
     if model.model.python:
         raise InputError(
-            f"{source}: model.python: the rates are functions of {model.model.python}, which other programs cannot call; "
-            "write them as expressions in [model.states]"
+            f"{source}: model.python: the rates are functions of {model.model.python}, which other programs cannot "
+            "call; write them as expressions in [model.states]"
         )
+    return extended_system(model, source)
+
+
+def extended_system(model: EquationsFile, source: str) -> System:
+    """Return the equations with the terms of the model's mechanisms. Raises InputError for one that is no term."""
     system = system_of(model, source)
     if not model.model.mechanisms:
         return system

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from plant_sim.equations.compiled.source import Dialect, law_source, numbers_source
-from plant_sim.equations.exported.extended import extended_system
+from plant_sim.equations.exported.extended import expressed_system
 from plant_sim.equations.language.tree import written
 from plant_sim.equations.system import System
 from rtctl.border.equations.file import EquationsFile
@@ -40,7 +40,7 @@ def equations_function(model: EquationsFile, source: str, name: str) -> str:
     Raises:
         InputError: The model has events, or a mechanism that is no term of the equations.
     """
-    system = extended_system(model, source)
+    system = expressed_system(model, source)
     if system.events:
         raise InputError(
             f"{source}: model.events: {', '.join(one.name for one in system.events)}: states that jump are no "
