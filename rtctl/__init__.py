@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from rtctl.api.comparison import Comparison, RecordScore, simulate
     from rtctl.api.datasets import read_dataset, write_dataset
     from rtctl.api.diagnosing import Diagnosis, diagnose
+    from rtctl.api.doubting import doubt
     from rtctl.api.exporting.c import ExportedLoop, export_c, replay_export, run_on_board
     from rtctl.api.exporting.dynamics import Linearised, ModelDynamics, dynamics
     from rtctl.api.exporting.fmu import ExportedFmu, export_fmu
@@ -42,6 +43,7 @@ _MODULES = {
     "simulate": "rtctl.api.comparison",
     "Diagnosis": "rtctl.api.diagnosing",
     "diagnose": "rtctl.api.diagnosing",
+    "doubt": "rtctl.api.doubting",
     "Linearised": "rtctl.api.exporting.dynamics",
     "ModelDynamics": "rtctl.api.exporting.dynamics",
     "dynamics": "rtctl.api.exporting.dynamics",
@@ -124,6 +126,7 @@ __all__ = [
     "change",
     "demonstrate",
     "diagnose",
+    "doubt",
     "dynamics",
     "export_c",
     "export_fmu",

@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 
 from plant_sim.bounds import NOT_NEGATIVE
 from plant_sim.sensing import Sensing
+from plant_sim.vo2.changes import Change, ordered
 from plant_sim.vo2.deflection import Deflection
 from plant_sim.vo2.domains import Domains
 from plant_sim.vo2.effects import Effects
@@ -56,6 +57,13 @@ class DeviceFile(Checked):
     deflection: Deflection
     sensing: Sensing
     effects: Effects = Effects()
+    changes: tuple[Change, ...] = ()
+    """Effects that the device takes on or loses while it runs, `[[changes]]`."""
+
+    @model_validator(mode="after")
+    def _changes_in_order(self) -> DeviceFile:
+        ordered(self.effects, self.changes)
+        return self
 
     @model_validator(mode="after")
     def _converter_reaches(self) -> DeviceFile:

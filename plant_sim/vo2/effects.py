@@ -4,7 +4,8 @@
     tau th_1' = P - th_1,  tau_2 th_2' = P - th_2,  T = T_0 + warming t + (1 - s) th_1 + s th_2
     tau_d T_d' = T - T_d        what the domains see, while the semiconductor and the expansion follow T at once
     q'' + 2 zeta w q' + w^2 q = w^2 D                                        D is measured as D + m (q - D)
-    tau_r Y' = R (1 + ageing t) + leak y - Y                                 Y is the resistance that is read
+    tau_r Y' = R (1 + ageing t) (1 - gain_loss) + leak y - Y                 Y is the resistance that is read,
+                                                     with white noise 1 + noise_growth times that of [sensing]
 
 y, the current that acts, is the command `delay` earlier, behind a backlash of half width `backlash`, times
 1 + gain_drift t. t counts from power-up, or from when a drift was switched on.
@@ -61,6 +62,10 @@ class Effects(Checked):
     ageing: Annotated[float, Quantity("1/s"), FINITE] = 0.0
     leak: Annotated[float, Quantity("ohm/mA"), FINITE] = 0.0
     """Crosstalk of the heater's current into the reading [ohm/mA]."""
+    gain_loss: Annotated[float, Quantity(""), Field(gt=-1.0, lt=1.0)] = 0.0
+    """Part of the film's resistance that the sensor no longer reads."""
+    noise_growth: Annotated[float, Quantity(""), Field(ge=0.0, le=1000.0)] = 0.0
+    """Growth of the bridge's white noise over that of `[sensing]`."""
 
     @model_validator(mode="after")
     def _stable(self) -> Effects:

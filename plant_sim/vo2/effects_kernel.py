@@ -128,7 +128,7 @@ def respond(p: Record, s: Record, own: Record, h: float) -> None:
         swing(own, bent, h, 2.0 * math.pi * e.swing_frequency, e.swing_damping)
     own.bent = bent
     film = resistance_at(p.resistance, s.temperature, s.electrical)
-    film *= 1.0 + e.ageing * (own.time - own.ageing_from)
+    film *= (1.0 + e.ageing * (own.time - own.ageing_from)) * (1.0 - e.gain_loss)
     film += e.leak * own.acting
     own.reading = film if e.sensor_lag == 0.0 else trailing(own.reading, own.film, film, h / e.sensor_lag)
     own.film = film
@@ -216,8 +216,9 @@ def read_with_effects(
     resistance, deflection = outputs_with_effects(parameters, owns)
     flicker = drift(s.flicker, normals[row], s.unread)
     s.unread = 0.0
+    white = (1.0 + p.effects.noise_growth) * normals[row, WHITE]
     return (
-        read_resistance(p.sensing, resistance, flicker, normals[row, WHITE]),
+        read_resistance(p.sensing, resistance, flicker, white),
         read_deflection(p.sensing, deflection, normals[row, REFERENCE]),
     )
 

@@ -17,7 +17,8 @@ TRUTHS = (
 UNITS = {
     "second_share": "", "second_time_constant": "s", "tcr": "1/K", "phase_heating": "", "loss": "1/K", "sensing": "K",
     "warming": "K/s", "delay": "s", "gain_drift": "1/s", "backlash": "mA", "domain_lag": "s", "swing_share": "",
-    "swing_frequency": "Hz", "swing_damping": "", "sensor_lag": "s", "ageing": "1/s", "leak": "ohm/mA",
+    "swing_frequency": "Hz", "swing_damping": "", "sensor_lag": "s", "ageing": "1/s", "leak": "ohm/mA", "gain_loss": "",
+    "noise_growth": "",
 }  # fmt: skip
 """Units of the effects, as their table has them."""
 

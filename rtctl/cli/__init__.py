@@ -34,6 +34,9 @@ VERBS = {
         "device.replay",
         "a recorded run through estimator and controller again: the same commands to the bit?",
     ),
+    "doubt": Verb(
+        "device.doubt", "whether a run's device still is its model, and what changed; also while it runs"
+    ),
     "recover": Verb("device.recover", "what a run that was killed has recorded, as Parquet with a summary"),
     "acquire": Verb("device.acquire", "play an open-loop excitation through a driver into a dataset"),
     "init": Verb(

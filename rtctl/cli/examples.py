@@ -15,6 +15,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "rtctl export fmu --model model.toml --dataset data/dataset.toml --out model.fmu",
         "rtctl export c --scenario steps --model model.toml --out loop_c",
     ),
+    "doubt": ("rtctl doubt out/steps", "rtctl doubt out/steps --live --policy derate"),
     "replay": ("rtctl replay out/steps", "rtctl replay out/steps --export loop_c"),
     "recover": ("rtctl recover out/steps", "rtctl recover out/steps --json"),
     "acquire": (

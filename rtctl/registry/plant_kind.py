@@ -141,6 +141,8 @@ class PlantKind:
     """`rtctl.diagnosis.problem.subject.Subject`, or several in the order of preference: the first whose signal the
     records have is taken. Of models whose signals are their own, `(simulation, dataset) -> Subject`. None: models of
     this kind are not diagnosed."""
+    belief: Part = None
+    """`(model) -> rtctl.doubt.belief.Belief`: the model in free run, by which a run is doubted; None: it is not."""
     device: Part = None
     """Class of a simulated device (`plant_sim.plant.Plant`), called with the options of its `[plant]` table."""
     device_file: Part = None
