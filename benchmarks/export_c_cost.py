@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from rtctl.api.exporting.c import export_c
-from rtctl.api.running import run
+from rtctl.api.runs.running import run
 from rtctl.export.c.proof.machines import EMULATED, MACHINES, missing
 from rtctl.export.c.proof.recorded import inputs_of
 from rtctl.session.closed_loop import planned_step

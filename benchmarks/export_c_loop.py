@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from rtctl.api.exporting.c import export_c
-from rtctl.api.running import run
+from rtctl.api.runs.running import run
 from rtctl.export.c.emulated import run_emulated
 from rtctl.models.vo2 import read_model
 from rtctl.scenario.bundled import find_scenario

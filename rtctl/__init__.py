@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from rtctl.api.comparison import Comparison, RecordScore, simulate
     from rtctl.api.datasets import read_dataset, write_dataset
     from rtctl.api.diagnosing import Diagnosis, diagnose
-    from rtctl.api.doubting import doubt
     from rtctl.api.exporting.c import ExportedLoop, export_c, replay_export, run_on_board
     from rtctl.api.exporting.dynamics import Linearised, ModelDynamics, dynamics
     from rtctl.api.exporting.fmu import ExportedFmu, export_fmu
@@ -28,8 +27,9 @@ if TYPE_CHECKING:
     from rtctl.api.machines import Latency, demonstrate, measure_latency, serve, serve_device
     from rtctl.api.model import Model, Parameter, read_model
     from rtctl.api.parts import PartInfo, PartList, list_parts
-    from rtctl.api.recordings import Replayed, change, recover, replay, watch
-    from rtctl.api.running import Run, run
+    from rtctl.api.runs.doubting import doubt
+    from rtctl.api.runs.recordings import Replayed, change, recover, replay, watch
+    from rtctl.api.runs.running import Run, run
     from rtctl.border.errors import DriverError, Fault, InputError, RtctlError, RunError
     from rtctl.measured.dataset import Dataset, Record
     from rtctl.registry import PlantKind, load_plugin, register
@@ -43,7 +43,7 @@ _MODULES = {
     "simulate": "rtctl.api.comparison",
     "Diagnosis": "rtctl.api.diagnosing",
     "diagnose": "rtctl.api.diagnosing",
-    "doubt": "rtctl.api.doubting",
+    "doubt": "rtctl.api.runs.doubting",
     "Linearised": "rtctl.api.exporting.dynamics",
     "ModelDynamics": "rtctl.api.exporting.dynamics",
     "dynamics": "rtctl.api.exporting.dynamics",
@@ -70,18 +70,18 @@ _MODULES = {
     "PartInfo": "rtctl.api.parts",
     "PartList": "rtctl.api.parts",
     "list_parts": "rtctl.api.parts",
-    "Replayed": "rtctl.api.recordings",
-    "change": "rtctl.api.recordings",
-    "recover": "rtctl.api.recordings",
-    "export_mcap": "rtctl.api.recordings",
+    "Replayed": "rtctl.api.runs.recordings",
+    "change": "rtctl.api.runs.recordings",
+    "recover": "rtctl.api.runs.recordings",
+    "export_mcap": "rtctl.api.runs.recordings",
     "ExportedLoop": "rtctl.api.exporting.c",
     "export_c": "rtctl.api.exporting.c",
     "replay_export": "rtctl.api.exporting.c",
     "run_on_board": "rtctl.api.exporting.c",
-    "replay": "rtctl.api.recordings",
-    "watch": "rtctl.api.recordings",
-    "Run": "rtctl.api.running",
-    "run": "rtctl.api.running",
+    "replay": "rtctl.api.runs.recordings",
+    "watch": "rtctl.api.runs.recordings",
+    "Run": "rtctl.api.runs.running",
+    "run": "rtctl.api.runs.running",
     "DriverError": "rtctl.border.errors",
     "Fault": "rtctl.border.errors",
     "InputError": "rtctl.border.errors",

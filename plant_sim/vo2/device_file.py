@@ -9,10 +9,10 @@ from pydantic import Field, model_validator
 
 from plant_sim.bounds import NOT_NEGATIVE
 from plant_sim.sensing import Sensing
-from plant_sim.vo2.changes import Change, ordered
 from plant_sim.vo2.deflection import Deflection
 from plant_sim.vo2.domains import Domains
-from plant_sim.vo2.effects import Effects
+from plant_sim.vo2.effects.changes import Change, ordered
+from plant_sim.vo2.effects.table import Effects
 from plant_sim.vo2.heating import Heating
 from plant_sim.vo2.limiting_loop import LimitingLoop
 from plant_sim.vo2.resistance import Resistance, semiconductor_at

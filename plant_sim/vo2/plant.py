@@ -20,11 +20,11 @@ from plant_sim.sensing import (
     OCTAVES,
     NoiseSource,
 )
-from plant_sim.vo2.changes import Stage, ordered
 from plant_sim.vo2.device_file import DeviceFile
 from plant_sim.vo2.domains import Domains, draw
-from plant_sim.vo2.effects import DRIFTS, Effects
-from plant_sim.vo2.effects_kernel import (
+from plant_sim.vo2.effects.changes import Stage, ordered
+from plant_sim.vo2.effects.inspection import Vo2Inspection
+from plant_sim.vo2.effects.kernel import (
     QUEUE,
     at_rest,
     hold_domains_with_effects,
@@ -32,6 +32,7 @@ from plant_sim.vo2.effects_kernel import (
     outputs_with_effects,
     read_with_effects,
 )
+from plant_sim.vo2.effects.table import DRIFTS, Effects
 from plant_sim.vo2.holds import (
     STATE,
     hold_domains,
@@ -41,7 +42,6 @@ from plant_sim.vo2.holds import (
     step_limiting_loop,
     true_outputs,
 )
-from plant_sim.vo2.inspection import Vo2Inspection
 from plant_sim.vo2.limiting_loop import cold_memory
 from plant_sim.vo2.relays import banks
 from rtctl.border.records import VO2
@@ -196,7 +196,7 @@ class Vo2Plant:
         return float(self._state["structural"][0])
 
     def truth(self) -> tuple[float, ...]:
-        """Return what the device does, in the order of `plant_sim.vo2.inspection.TRUTHS`."""
+        """Return what the device does, in the order of `plant_sim.vo2.effects.inspection.TRUTHS`."""
         resistance, deflection = self._outputs()
         acting_mA = float(self._own["acting"][0]) if self._with_effects else math.nan
         return (

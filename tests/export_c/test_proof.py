@@ -13,7 +13,7 @@ from firmware_cases import wait_until
 from vo2_model_cases import small_model
 
 from rtctl.api.exporting.c import export_c, replay_export, run_on_board
-from rtctl.api.running import run
+from rtctl.api.runs.running import run
 from rtctl.border.errors import InputError
 from rtctl.export.c.folder import read_manifest
 from rtctl.export.c.laws.planning import law_of

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from rtctl.api.recordings import Replayed
+from rtctl.api.runs.recordings import Replayed
 from rtctl.evaluation.summary import verdict_in_words
 from rtctl.export.c.proof.comparison import Proof
 from rtctl.output.readable_units import readable

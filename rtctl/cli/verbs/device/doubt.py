@@ -29,7 +29,7 @@ def run(args: argparse.Namespace) -> int:
     """Run the verb. Returns 0: the device is its model; 1: something was found."""
     import os
 
-    from rtctl.api.doubting import doubt
+    from rtctl.api.runs.doubting import doubt
     from rtctl.cli.options import print_json
     from rtctl.cli.printing.doubt import finding_line, summary_lines
 

@@ -23,7 +23,7 @@ def run(args: argparse.Namespace) -> int:
     """Run the verb. Returns 0: the same to the bit; 1: it differs."""
     if args.export is not None:
         return _run_export(args)
-    from rtctl.api.recordings import replay
+    from rtctl.api.runs.recordings import replay
     from rtctl.cli.options import output_folder, print_json
     from rtctl.cli.printing.runs import print_replay
 

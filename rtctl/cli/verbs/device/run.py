@@ -27,7 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run the verb. Returns 0: passed its checks; 1: fault or checks not met."""
-    from rtctl.api import running
+    from rtctl.api.runs import running
     from rtctl.cli.options import is_quiet, output_folder, print_json
     from rtctl.cli.printing.runs import print_summary
     from rtctl.output.progress import say

@@ -7,7 +7,7 @@ import argparse
 
 def run(args: argparse.Namespace) -> int:
     """Write the file."""
-    from rtctl.api.recordings import export_mcap
+    from rtctl.api.runs.recordings import export_mcap
     from rtctl.border.errors import InputError
     from rtctl.cli.options import output_file, print_json
     from rtctl.output.progress import say

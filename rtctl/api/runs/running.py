@@ -13,7 +13,7 @@ import numpy as np
 
 from rtctl.api.inputs import LoadedScenario, PartTable, PathText, Settings, driver_of, load_scenario, path_of
 from rtctl.api.model import Model
-from rtctl.api.watching import watched_run
+from rtctl.api.runs.watching import watched_run
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import Fault, InputError
 from rtctl.extras import require

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 
-from plant_sim.vo2.effects import Effects
+from plant_sim.vo2.effects.table import Effects
 from rtctl.border.units.quantities import check
 
 PREFIX = "effects."

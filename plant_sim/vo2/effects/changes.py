@@ -14,9 +14,9 @@ from typing import Annotated, Any, NamedTuple
 
 from pydantic import Field
 
-from plant_sim.vo2.effects import Effects
-from plant_sim.vo2.inspection import UNITS
-from rtctl.border.quantities import Quantity
+from plant_sim.vo2.effects.inspection import UNITS
+from plant_sim.vo2.effects.table import Effects
+from rtctl.border.units.quantities import Quantity
 
 
 class Change(Effects):
