@@ -2,8 +2,8 @@
 
     p_j ~ exp(-N cost_j / 2),    cost 1: what is left is as small as before the change
 
-N is far below the number of rows: residuals are errors of a model, alike wherever the device moves alike. It
-was chosen on simulated devices (`docs/doubt.md`).
+N is far below the number of rows: residuals are errors of a model, alike wherever the device moves alike. Its value is
+an assumption: no search or calibration stands behind it, so the probabilities rank causes and are no rates.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from typing import NamedTuple
 from rtctl.doubt.belief import Named
 
 INDEPENDENT = 8.0
+"""N."""
 LEAST = 0.05
 """Probability below which a cause is not told."""
 EXPLAINS = 0.5

@@ -1,7 +1,9 @@
 """Page's cumulative sum of |z|, a number a window: S = max(0, S + min(|z|, most) - allowance), an alarm at `threshold`.
 
-A single wild window is not enough (its part is bounded), small changes that stay add up. The threshold was chosen on
-simulated unchanged runs (`docs/doubt.md`); model error is neither white nor normal, so no table of run lengths holds.
+A single wild window is not enough (its part is bounded), small changes that stay add up. Model error is neither white
+nor normal, so no table of run lengths holds: the numbers below are assumptions, and what they give is counted on
+simulated unchanged runs (docs/results.md).
+Reference: E. S. Page, Biometrika 41 (1954) 100.
 """
 
 from __future__ import annotations
@@ -11,8 +13,11 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 
 ALLOWANCE = 2.0
+"""Part of |z| that does not count, a window."""
 MOST = 6.0
+"""Largest |z| that counts, so that one window alone does not alarm."""
 THRESHOLD = 9.0
+"""Sum at which there is an alarm."""
 
 
 class CumulativeSum:
