@@ -22,7 +22,8 @@ from plant_sim.oscillator.equation.terms import nominal
 from plant_sim.oscillator.integration.rk4 import bind_rk4
 
 MODEL = Path(__file__).resolve().parents[1] / "scenarios" / "models" / "equations" / "oscillator.toml"
-STEPS, SUBSTEPS, ROUNDS = 200_000, 20, 40
+STEPS, SUBSTEPS, ROUNDS = 20_000, 20, 300
+"""Runs of 2 ms, many of them: with other work on the machine each run of 20 ms is interrupted, and none is clean."""
 NEAR, FAR = 0.004, 1000.0
 """Places [mm] of a stop."""
 EVENT = """

@@ -44,7 +44,7 @@ def direct(function: KernelT, *examples: Any) -> KernelT:
 def pack(model: BaseModel) -> NDArray[Any]:
     """Return the numbers of `model` as a one-element structured array: the same names, nested tables nested.
 
-    Floats become float64, whole numbers and enumerations int64; text, of no use to a kernel, is left out.
+    Floats become float64, whole numbers and enumerations int64; text and lists, of no use to a kernel, are left out.
     """
     layout = _layout(model)
     array = np.zeros(1, dtype=_LAYOUTS.setdefault(repr(layout), layout))
@@ -57,7 +57,7 @@ _LAYOUTS: dict[str, np.dtype[Any]] = {}
 
 
 def _numbers(model: BaseModel) -> list[tuple[str, Any]]:
-    return [(name, value) for name, value in model if not isinstance(value, str)]
+    return [(name, value) for name, value in model if not isinstance(value, str | tuple)]
 
 
 def _layout(model: BaseModel) -> np.dtype[Any]:

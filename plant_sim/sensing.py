@@ -18,7 +18,7 @@ from pydantic import Field
 
 from plant_sim.bounds import NOT_NEGATIVE, POSITIVE
 from plant_sim.kernels import Record, compiled
-from rtctl.border.quantities import Checked, Quantity
+from rtctl.border.units.quantities import Checked, Quantity
 
 OCTAVES = 14
 LOWEST_CORNER_HZ = 0.0625

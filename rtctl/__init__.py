@@ -16,6 +16,10 @@ if TYPE_CHECKING:
     from rtctl.api.comparison import Comparison, RecordScore, simulate
     from rtctl.api.datasets import read_dataset, write_dataset
     from rtctl.api.diagnosing import Diagnosis, diagnose
+    from rtctl.api.exporting.c import ExportedLoop, export_c, replay_export, run_on_board
+    from rtctl.api.exporting.dynamics import Linearised, ModelDynamics, dynamics
+    from rtctl.api.exporting.fmu import ExportedFmu, export_fmu
+    from rtctl.api.exporting.matlab import read_mat, save_mat, save_matlab_function
     from rtctl.api.first_look.initiation import Initiation, init
     from rtctl.api.first_look.preview import Preview, preview
     from rtctl.api.identifying.fit import Fit
@@ -23,8 +27,9 @@ if TYPE_CHECKING:
     from rtctl.api.machines import Latency, demonstrate, measure_latency, serve, serve_device
     from rtctl.api.model import Model, Parameter, read_model
     from rtctl.api.parts import PartInfo, PartList, list_parts
-    from rtctl.api.recordings import Replayed, change, recover, replay, watch
-    from rtctl.api.running import Run, run
+    from rtctl.api.runs.doubting import doubt
+    from rtctl.api.runs.recordings import Replayed, change, recover, replay, watch
+    from rtctl.api.runs.running import Run, run
     from rtctl.border.errors import DriverError, Fault, InputError, RtctlError, RunError
     from rtctl.measured.dataset import Dataset, Record
     from rtctl.registry import PlantKind, load_plugin, register
@@ -38,6 +43,12 @@ _MODULES = {
     "simulate": "rtctl.api.comparison",
     "Diagnosis": "rtctl.api.diagnosing",
     "diagnose": "rtctl.api.diagnosing",
+    "doubt": "rtctl.api.runs.doubting",
+    "Linearised": "rtctl.api.exporting.dynamics",
+    "ModelDynamics": "rtctl.api.exporting.dynamics",
+    "dynamics": "rtctl.api.exporting.dynamics",
+    "ExportedFmu": "rtctl.api.exporting.fmu",
+    "export_fmu": "rtctl.api.exporting.fmu",
     "Initiation": "rtctl.api.first_look.initiation",
     "init": "rtctl.api.first_look.initiation",
     "Preview": "rtctl.api.first_look.preview",
@@ -50,20 +61,27 @@ _MODULES = {
     "measure_latency": "rtctl.api.machines",
     "serve": "rtctl.api.machines",
     "serve_device": "rtctl.api.machines",
+    "read_mat": "rtctl.api.exporting.matlab",
+    "save_mat": "rtctl.api.exporting.matlab",
+    "save_matlab_function": "rtctl.api.exporting.matlab",
     "Model": "rtctl.api.model",
     "Parameter": "rtctl.api.model",
     "read_model": "rtctl.api.model",
     "PartInfo": "rtctl.api.parts",
     "PartList": "rtctl.api.parts",
     "list_parts": "rtctl.api.parts",
-    "Replayed": "rtctl.api.recordings",
-    "change": "rtctl.api.recordings",
-    "recover": "rtctl.api.recordings",
-    "export_mcap": "rtctl.api.recordings",
-    "replay": "rtctl.api.recordings",
-    "watch": "rtctl.api.recordings",
-    "Run": "rtctl.api.running",
-    "run": "rtctl.api.running",
+    "Replayed": "rtctl.api.runs.recordings",
+    "change": "rtctl.api.runs.recordings",
+    "recover": "rtctl.api.runs.recordings",
+    "export_mcap": "rtctl.api.runs.recordings",
+    "ExportedLoop": "rtctl.api.exporting.c",
+    "export_c": "rtctl.api.exporting.c",
+    "replay_export": "rtctl.api.exporting.c",
+    "run_on_board": "rtctl.api.exporting.c",
+    "replay": "rtctl.api.runs.recordings",
+    "watch": "rtctl.api.runs.recordings",
+    "Run": "rtctl.api.runs.running",
+    "run": "rtctl.api.runs.running",
     "DriverError": "rtctl.border.errors",
     "Fault": "rtctl.border.errors",
     "InputError": "rtctl.border.errors",
@@ -83,12 +101,16 @@ __all__ = [
     "Dataset",
     "Diagnosis",
     "DriverError",
+    "ExportedFmu",
+    "ExportedLoop",
     "Fault",
     "Fit",
     "Initiation",
     "InputError",
     "Latency",
+    "Linearised",
     "Model",
+    "ModelDynamics",
     "Parameter",
     "PartInfo",
     "PartList",
@@ -104,6 +126,10 @@ __all__ = [
     "change",
     "demonstrate",
     "diagnose",
+    "doubt",
+    "dynamics",
+    "export_c",
+    "export_fmu",
     "export_mcap",
     "identify",
     "init",
@@ -112,12 +138,17 @@ __all__ = [
     "measure_latency",
     "preview",
     "read_dataset",
+    "read_mat",
     "read_model",
     "recover",
     "register",
     "replay",
+    "replay_export",
     "reproduce_study",
     "run",
+    "run_on_board",
+    "save_mat",
+    "save_matlab_function",
     "serve",
     "serve_device",
     "simulate",

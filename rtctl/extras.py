@@ -29,6 +29,7 @@ EXTRAS = {
     "matplotlib": Extra("matplotlib", "plots"),
     "distributed": Extra("distributed", "cluster"),
     "mcap": Extra("mcap", "mcap"),
+    "fmpy": Extra("fmpy", "fmu"),
     "caproto": Extra("caproto", "epics"),
     "pyvisa": Extra("pyvisa", "visa"),
     "qcodes": Extra("qcodes", "qcodes"),

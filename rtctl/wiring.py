@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rtctl.border.errors import InputError, nearest
-from rtctl.border.quantities import convert, read_toml
 from rtctl.border.records import DeviceProfile, Driver
 from rtctl.border.simulation import Simulation
+from rtctl.border.units.quantities import convert, read_toml
 from rtctl.estimators.reading import ReadingEstimator
 from rtctl.interfaces import Clock, Estimator, Setup
 from rtctl.orbits.forced import Forced
@@ -166,7 +166,7 @@ def _seeded(seed: int | None) -> dict[str, int]:
 
 
 def load_plant(path: Path, seed: int | None = None) -> Plant:
-    """Return the simulated device of a plant file, by its `[plant] kind`, or of a model file by its `[model] kind`.
+    """Return the simulated device of a plant file by its `[plant] kind`, a model file by its `[model] kind`, a unit.
 
     Args:
         path: plant file, or model file of a kind whose devices are their models.
@@ -175,7 +175,7 @@ def load_plant(path: Path, seed: int | None = None) -> Plant:
     Raises:
         InputError: the file does not describe a device.
     """
-    tables = read_toml(path)
+    tables = {"plant": {"kind": "fmu"}} if path.suffix.lower() == ".fmu" else read_toml(path)
     plant, model = tables.get("plant"), tables.get("model")
     kinds = plant_kinds()
     known = [name for name, one in kinds.items() if one.device is not None or one.device_file is not None]
@@ -356,6 +356,11 @@ def build_clock(scenario: Scenario) -> Clock:
 def read_model(path: Path, kind: str) -> Any:
     """Return the model of the file `path`, which is of a known kind. Raises InputError."""
     return resolved(_model_files(kind, str(path)).read, f'plant "{kind}"')(path)
+
+
+def read_class(owner: type) -> Any:
+    """Return the model that a class declares. Raises InputError."""
+    return resolved("plant_sim.equations.reading:read_class", "model")(owner)
 
 
 def build_simulation(

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rtctl.border.errors import InputError
-from rtctl.border.quantities import convert, parse_quantity
 from rtctl.border.records import Channel, DeviceProfile, Driver
+from rtctl.border.units.quantities import convert, parse_quantity
 from rtctl.extras import require
 from rtctl.scenario.instruments import InstrumentKeys, ReferenceKeys, Scpi
 from rtctl.scenario.limits import ChannelLimits

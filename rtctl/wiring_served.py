@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -57,3 +58,22 @@ def write_firmware(film: str, folder: Path) -> str:
     device = read_device(path)
     write(folder, film_tables(device, path))
     return device.plant.name
+
+
+FOR_LOOPS = {
+    "boards/mps2_an386": ("startup.c", "memory.ld", "mps2_an386.c", "mps2_an386.h"),
+    "boards/freestanding": ("string.c", "string.h"),
+    "src": ("rtctl_serial.h", "rtctl_board.h"),
+}
+"""Files of the firmware that an exported loop needs too, by folder."""
+
+
+def write_boards(folder: Path) -> None:
+    """Write start-up, memory map and serial line of the emulated board, and the serial protocol, beside a loop in C."""
+    from drivers.firmware import SOURCES
+
+    for place, names in FOR_LOOPS.items():
+        target = folder / ("boards" if place == "src" else place)
+        target.mkdir(parents=True, exist_ok=True)
+        for name in names:
+            shutil.copyfile(SOURCES / place / name, target / name)

@@ -8,7 +8,7 @@ from typing import Any
 
 from plant_sim.catalogue import bundled_plant
 from plant_sim.resonator.device_file import MeDeviceFile
-from rtctl.border.quantities import check, read_toml
+from rtctl.border.units.quantities import check, read_toml
 from rtctl.models.harmonic_balance import backbone
 
 SILENT: dict[str, Any] = {

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rtctl.border.quantities import convert
+from rtctl.border.units.quantities import convert
 from rtctl.output.readable_units import printed_unit, readable, readable_unit
 
 

@@ -22,8 +22,8 @@ from drivers.scpi.instrument import Instrument, filled
 from drivers.scpi.lease import Lease
 from drivers.scpi.settings import ReferenceMeter, SourceSettings, refuse_misfits, setup_commands
 from rtctl.border.errors import DriverError, Fault, InputError
-from rtctl.border.quantities import convert
 from rtctl.border.records import DeviceProfile, DeviceStatus, Measurement
+from rtctl.border.units.quantities import convert
 
 _ENABLED = int(DeviceStatus.ENABLED)
 _UINT32 = 0xFFFFFFFF

@@ -13,7 +13,7 @@ from typing import Annotated, Literal, NamedTuple
 from pydantic import AfterValidator, Field, model_validator
 
 from rtctl.border.errors import InputError, nearest
-from rtctl.border.quantities import Checked, Quantity, check, read_toml
+from rtctl.border.units.quantities import Checked, Quantity, check, read_toml
 
 FOLDER = Path(__file__).parent / "tables"
 PLACE = "{value}"

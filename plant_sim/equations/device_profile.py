@@ -8,8 +8,8 @@ from plant_sim.equations.device_table import DeviceTable, Instrument, read_devic
 from plant_sim.equations.reading import read_equations
 from rtctl.border.equations.file import EquationsFile
 from rtctl.border.errors import InputError
-from rtctl.border.quantities import read_toml
 from rtctl.border.records import DeviceProfile, device_profile
+from rtctl.border.units.quantities import read_toml
 
 
 def profile_of(model: EquationsFile, device: DeviceTable, source: str) -> DeviceProfile:

@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 
 from rtctl.border.equations.file import EquationsFile
 from rtctl.border.errors import InputError, nearest
-from rtctl.border.quantities import Checked, check
+from rtctl.border.units.quantities import Checked, check
 
 WIDEST = 1e6
 """Limit of an input that states none, in its unit."""

@@ -90,6 +90,10 @@ class Marching(NamedTuple):
         instants = next(k for k in range(MOST_BETWEEN, 0, -1) if how.substeps % k == 0)
         return Motion(self._run(how, instants), how.substeps, instants)
 
+    def resolve(self) -> Plan:
+        """Return the steps that resolve the motion. Raises ValueError where no sensible step does."""
+        return self._at_samples(1)[1]
+
     def _at_samples(self, refine: int) -> tuple[FloatArray, Plan]:
         plans = _plans.setdefault(self.stimulus, {})
         kept = plans.setdefault((self.system, self.steps_per_period), [])

@@ -14,7 +14,7 @@ from rtctl.border.errors import InputError, nearest
 from rtctl.border.mechanisms import Parameter
 from rtctl.border.model_file import MechanismTable
 from rtctl.border.simulation import FreeParameter
-from rtctl.border.unit_text import parsed_unit
+from rtctl.border.units.unit_text import parsed_unit
 
 
 def equations_simulation(model: EquationsFile, units: Mapping[str, str], source: str) -> EquationsSimulation:

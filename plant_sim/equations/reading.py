@@ -9,16 +9,19 @@ from pathlib import Path
 
 import numpy as np
 
+from plant_sim.equations.language.block import Block
 from plant_sim.equations.language.evaluation import evaluate
 from plant_sim.equations.language.functions import CONSTANTS, FUNCTIONS, RESERVED, TIME
 from plant_sim.equations.language.parser import NAME, parse
 from plant_sim.equations.language.tree import Number, Tree, names_in
 from plant_sim.equations.language.units import Unit, check_terms, fits, named, stated, unit_of
+from plant_sim.equations.own_class.binding import blocks_of, bound
+from plant_sim.equations.own_class.declaration import content_of, with_class
 from plant_sim.equations.system import Constant, Event, Input, Output, State, System, ordered
 from rtctl.border.equations.file import KIND, EquationsFile
 from rtctl.border.errors import InputError, nearest
-from rtctl.border.quantities import check, read_toml, unit_registry
-from rtctl.border.unit_text import parsed_unit
+from rtctl.border.units.quantities import check, read_toml, unit_registry
+from rtctl.border.units.unit_text import parsed_unit
 
 ZERO: Tree = Number(0.0)
 
@@ -34,8 +37,15 @@ def read_equations(path: Path) -> EquationsFile:
     found = table.get("kind") if isinstance(table, dict) else None
     if found != KIND:
         raise InputError(f'{path}: key "model.kind" is {found!r}, an "{KIND}" model is needed here')
-    content = check(EquationsFile, tables, str(path))
+    content = check(EquationsFile, with_class(tables, path), str(path))
     system_of(content, str(path))
+    return content
+
+
+def read_class(owner: type) -> EquationsFile:
+    """Return the checked content of a class that declares a device. Raises InputError with every finding."""
+    content = content_of(owner)
+    system_of(content, content.model.python)
     return content
 
 
@@ -80,6 +90,10 @@ class _Reading:
         self._places = [(name, f"{word}.{name}") for word, table in tables.items() for name in table]
         self._known = {name for name, _ in self._places}
         self._asked: set[str] = set()
+        self._blocks: dict[str, Block] = {}
+        with self._under("python"):
+            self._blocks = blocks_of(self._model, source)
+        self.raise_all()  # without its functions every expression would be wrong
 
     def problem(self, where: str, text: str) -> None:
         self._lines.append(f"{self._source}: model.{where}: {text}")
@@ -122,7 +136,7 @@ class _Reading:
         quoted = f'{where} = "{text if len(text) <= 100 else text[:97] + "..."}"'
         tree = ZERO
         with self._under(quoted):
-            tree = parse(text)
+            tree = bound(parse(text), self._blocks)
         for name in dict.fromkeys(names_in(tree)):
             if name not in self._known and name != TIME and name not in CONSTANTS:
                 self.problem(quoted, f'"{name}" is unknown{self._hint(name)}')

@@ -16,7 +16,7 @@ from pydantic import Field, create_model, model_validator
 from plant_sim.bounds import FINITE, NOT_NEGATIVE, POSITIVE
 from rtctl.border.errors import InputError
 from rtctl.border.model_file import ModelFile
-from rtctl.border.quantities import Checked, Quantity, check, unit_registry
+from rtctl.border.units.quantities import Checked, Quantity, check, unit_registry
 
 AS_WRITTEN = re.compile(r"\((?P<displacement>.+)\)/\(s\^2\*\(\((?P<drive>.+)\)\)\)")
 """Form of the unit of `drive_gain`, which tells those of drive and displacement; m/s^2 alone does not."""
@@ -86,6 +86,24 @@ def read_device_table(model: ModelFile, path: Path) -> DeviceTable:
         return check(table_type, {"device": tables}, str(path)).device  # type: ignore[attr-defined,no-any-return]
     except ValueError as error:
         raise InputError(f"{path}: [device]: {error}") from None
+
+
+def signal_units(model: ModelFile, source: str) -> dict[str, str]:
+    """Return the units of drive and displacement that a model file tells by its parameters or its [device].
+
+    Raises:
+        InputError: It tells none; it names `source`, the file.
+    """
+    units = _told_units(model)
+    for signal in units:
+        table = model.device.get(signal)
+        units[signal] = units[signal] or (str(table.get("unit", "")) if isinstance(table, dict) else "")
+        if not units[signal]:
+            raise InputError(
+                f"{source}: the parameters do not tell the unit of {signal}; give [device.{signal}] with its unit such "
+                f'as "{"mm" if signal == "displacement" else "V"}", or a dataset of the device'
+            )
+    return {signal: f"{unit_registry().parse_units(unit):~C}" for signal, unit in units.items()}
 
 
 def _told_units(model: ModelFile) -> dict[str, str]:

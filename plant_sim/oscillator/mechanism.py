@@ -17,7 +17,7 @@ import numpy as np
 
 from rtctl.border.arrays import ComplexArray, FloatArray
 from rtctl.border.mechanisms import Mechanism, Parameter
-from rtctl.border.quantities import convert, is_angle
+from rtctl.border.units.quantities import convert, is_angle
 
 Values = Mapping[str, float]
 """Values of one mechanism by parameter name, in the units of the data."""

@@ -121,27 +121,9 @@ class OscillatorSimulation:
         active = [mechanism for mechanism in self.mechanisms if self.acts(mechanism, values)]
         equation = Equation.of(self.parameters, active, values)
         reach = max(stimulus.peak.get("displacement", 0.0), float(np.abs(start[:, 0]).max()), equation.rest())
-        untouched = not any(mechanism.acts_before_the_equation for mechanism in active)
-        hold = stimulus.holds.get("drive", "linear") if untouched else ""
-        largest = float(np.abs(stimulus.inputs["drive"]).max())
-        swing = stimulus.swing.get("displacement", np.inf)
-        duration_s = stimulus.period_s * stimulus.samples
         how, between = Plan(0, False), 1
         for _ in range(MOST_REFINEMENTS):
-            wanted = equation.plan(
-                stimulus.period_s,
-                reach,
-                hold,
-                steps_per_period,
-                drive=largest,
-                duration_s=duration_s,
-                swing=swing,
-            )
-            instants = LEAST_INSTANTS if "acceleration" in self.outputs else 1
-            if instants > 1 or any(mechanism.looks_between for mechanism in active):
-                rate, _ = equation.rates(reach, largest, duration_s, swing)
-                instants = max(instants, math.ceil(INSTANTS * rate * stimulus.period_s / (2.0 * math.pi)))
-            wanted = wanted._replace(substeps=instants * math.ceil(wanted.substeps * refine / instants))
+            wanted, instants = self.steps_of(equation, active, stimulus, reach, steps_per_period, refine)
             check_work(wanted.substeps, stimulus.samples)
             if wanted.splitting == how.splitting and wanted.substeps <= how.substeps:
                 break
@@ -165,6 +147,41 @@ class OscillatorSimulation:
             name: np.ascontiguousarray(course[:, ::between])
             for name, course in zip(self.outputs, courses, strict=True)
         }
+
+    # 6 parameters because a record's steps follow from all of these
+    def steps_of(
+        self,
+        equation: Equation,
+        active: list[OscillatorMechanism],
+        stimulus: Stimulus,
+        reach: float,
+        steps_per_period: float | None = None,
+        refine: int = 1,
+    ) -> tuple[Plan, int]:
+        """Return the steps between two samples of a record, and the instants of which a sensor is told.
+
+        Raises:
+            ValueError: No sensible step resolves the model.
+        """
+        untouched = not any(mechanism.acts_before_the_equation for mechanism in active)
+        hold = stimulus.holds.get("drive", "linear") if untouched else ""
+        largest = float(np.abs(stimulus.inputs["drive"]).max())
+        swing = stimulus.swing.get("displacement", np.inf)
+        duration_s = stimulus.period_s * stimulus.samples
+        wanted = equation.plan(
+            stimulus.period_s,
+            reach,
+            hold,
+            steps_per_period,
+            drive=largest,
+            duration_s=duration_s,
+            swing=swing,
+        )
+        instants = LEAST_INSTANTS if "acceleration" in self.outputs else 1
+        if instants > 1 or any(mechanism.looks_between for mechanism in active):
+            rate, _ = equation.rates(reach, largest, duration_s, swing)
+            instants = max(instants, math.ceil(INSTANTS * rate * stimulus.period_s / (2.0 * math.pi)))
+        return wanted._replace(substeps=instants * math.ceil(wanted.substeps * refine / instants)), instants
 
     def _read(
         self,

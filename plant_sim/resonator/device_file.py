@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from plant_sim.bounds import FINITE, NOT_NEGATIVE, POSITIVE
-from rtctl.border.quantities import Checked, Quantity, check, read_toml
+from rtctl.border.units.quantities import Checked, Quantity, check, read_toml
 
 
 class Nameplate(Checked):

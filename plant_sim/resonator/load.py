@@ -7,7 +7,7 @@ from pathlib import Path
 from plant_sim.plant import Plant
 from plant_sim.resonator.device_file import read_me_device
 from plant_sim.resonator.plant import MeResonator
-from rtctl.border.quantities import read_toml
+from rtctl.border.units.quantities import read_toml
 
 
 def load_plant(path: Path, seed: int | None = None) -> Plant:

@@ -36,8 +36,8 @@ from plant_sim.sensing import NoiseSource
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
 from rtctl.border.model_file import read_model_file
-from rtctl.border.quantities import Checked, check, read_toml
 from rtctl.border.records import ME
+from rtctl.border.units.quantities import Checked, check, read_toml
 
 LEAST_STEPS = 64
 """Steps in a cycle."""

@@ -10,7 +10,7 @@ from typing import Annotated
 
 from plant_sim.bounds import FINITE
 from plant_sim.kernels import Record, compiled
-from rtctl.border.quantities import Checked, Quantity
+from rtctl.border.units.quantities import Checked, Quantity
 
 
 class Deflection(Checked):

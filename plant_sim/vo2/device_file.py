@@ -11,11 +11,12 @@ from plant_sim.bounds import NOT_NEGATIVE
 from plant_sim.sensing import Sensing
 from plant_sim.vo2.deflection import Deflection
 from plant_sim.vo2.domains import Domains
-from plant_sim.vo2.effects import Effects
+from plant_sim.vo2.effects.changes import Change, ordered
+from plant_sim.vo2.effects.table import Effects
 from plant_sim.vo2.heating import Heating
 from plant_sim.vo2.limiting_loop import LimitingLoop
 from plant_sim.vo2.resistance import Resistance, semiconductor_at
-from rtctl.border.quantities import Checked, Quantity, check, read_toml
+from rtctl.border.units.quantities import Checked, Quantity, check, read_toml
 
 
 class Nameplate(Checked):
@@ -56,6 +57,13 @@ class DeviceFile(Checked):
     deflection: Deflection
     sensing: Sensing
     effects: Effects = Effects()
+    changes: tuple[Change, ...] = ()
+    """Effects that the device takes on or loses while it runs, `[[changes]]`."""
+
+    @model_validator(mode="after")
+    def _changes_in_order(self) -> DeviceFile:
+        ordered(self.effects, self.changes)
+        return self
 
     @model_validator(mode="after")
     def _converter_reaches(self) -> DeviceFile:

@@ -22,7 +22,7 @@ from pydantic import Field
 from scipy.special import ndtri
 
 from plant_sim.bounds import FINITE, NOT_NEGATIVE, POSITIVE
-from rtctl.border.quantities import Checked, Quantity
+from rtctl.border.units.quantities import Checked, Quantity
 
 Floats = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ from typing import Annotated
 
 from plant_sim.bounds import FINITE, POSITIVE
 from plant_sim.kernels import Record, compiled
-from rtctl.border.quantities import Checked, Quantity
+from rtctl.border.units.quantities import Checked, Quantity
 
 
 class Heating(Checked):

@@ -22,7 +22,7 @@ import numpy as np
 from plant_sim.bounds import FINITE, POSITIVE
 from plant_sim.kernels import Record, compiled
 from plant_sim.vo2.domains import Floats
-from rtctl.border.quantities import Checked, Quantity
+from rtctl.border.units.quantities import Checked, Quantity
 
 HEATING = 1.0
 COOLING = -1.0

@@ -22,8 +22,9 @@ from plant_sim.sensing import (
 )
 from plant_sim.vo2.device_file import DeviceFile
 from plant_sim.vo2.domains import Domains, draw
-from plant_sim.vo2.effects import DRIFTS, Effects
-from plant_sim.vo2.effects_kernel import (
+from plant_sim.vo2.effects.changes import Stage, ordered
+from plant_sim.vo2.effects.inspection import Vo2Inspection
+from plant_sim.vo2.effects.kernel import (
     QUEUE,
     at_rest,
     hold_domains_with_effects,
@@ -31,6 +32,7 @@ from plant_sim.vo2.effects_kernel import (
     outputs_with_effects,
     read_with_effects,
 )
+from plant_sim.vo2.effects.table import DRIFTS, Effects
 from plant_sim.vo2.holds import (
     STATE,
     hold_domains,
@@ -40,7 +42,6 @@ from plant_sim.vo2.holds import (
     step_limiting_loop,
     true_outputs,
 )
-from plant_sim.vo2.inspection import Vo2Inspection
 from plant_sim.vo2.limiting_loop import cold_memory
 from plant_sim.vo2.relays import banks
 from rtctl.border.records import VO2
@@ -75,7 +76,8 @@ class Vo2Plant:
         limiting = self._thresholds is None
         self.effects = device.effects
         """The effects in force."""
-        self._with_effects = device.effects.any
+        self._stages = ordered(device.effects, device.changes)
+        self._with_effects = device.effects.any or bool(self._stages)
         self._hold: Callable[..., None] = hold_limiting_loop if limiting else hold_domains
         if self._with_effects:
             self._hold = self._hold_with_effects()
@@ -106,7 +108,12 @@ class Vo2Plant:
         return hold_limiting_loop_with_effects if self._thresholds is None else hold_domains_with_effects
 
     def reset(self) -> None:
-        """Reset to power-up: full cooling, clocks and noise from the start."""
+        """Reset to power-up: full cooling, clocks and noise from the start, changes that `[[changes]]` has to come."""
+        self._to_come: list[Stage] = list(self._stages)
+        if self._stages:
+            self.effects = self._device.effects
+            for name, value in self.effects:
+                self._parameters["effects"][0][name] = value
         self._state = np.zeros(1, dtype=STATE)
         self._state["temperature"] = self._device.heating.ambient
         self._memory = self._cold_memory()
@@ -133,7 +140,13 @@ class Vo2Plant:
 
     def advance(self, levels: Sequence[float], dt_s: float) -> None:
         """Hold `levels` ([mA],) for `dt_s` [s]. Raises ValueError on a current that is not finite."""
-        self._hold(self._parameters, self._state, held_current(levels, dt_s), dt_s, *self._memory)
+        current_mA = held_current(levels, dt_s)
+        while self._to_come and (left_s := self._to_come[0].at_s - self._own[0]["time"]) < dt_s:
+            part_s = max(float(left_s), 0.0)
+            self._hold(self._parameters, self._state, current_mA, part_s, *self._memory)
+            dt_s -= part_s
+            self.set_effects(self._to_come.pop(0).effects)
+        self._hold(self._parameters, self._state, current_mA, dt_s, *self._memory)
 
     def measure(self) -> tuple[tuple[float, ...], float]:
         """Return readings: ((resistance [ohm],), deflection [um])."""
@@ -183,7 +196,7 @@ class Vo2Plant:
         return float(self._state["structural"][0])
 
     def truth(self) -> tuple[float, ...]:
-        """Return what the device does, in the order of `plant_sim.vo2.inspection.TRUTHS`."""
+        """Return what the device does, in the order of `plant_sim.vo2.effects.inspection.TRUTHS`."""
         resistance, deflection = self._outputs()
         acting_mA = float(self._own["acting"][0]) if self._with_effects else math.nan
         return (

@@ -19,7 +19,7 @@ from pydantic import BeforeValidator, Field
 from plant_sim.bounds import POSITIVE
 from plant_sim.kernels import Record, compiled
 from rtctl.border.errors import nearest
-from rtctl.border.quantities import Checked, Quantity
+from rtctl.border.units.quantities import Checked, Quantity
 
 KELVIN = 273.15
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from rtctl.api.datasets import read_dataset
 from rtctl.api.inputs import PathText, Settings, driver_of, load_scenario, path_of
-from rtctl.api.watching import watched_run
+from rtctl.api.runs.watching import watched_run
 from rtctl.measured.dataset import Dataset
 from rtctl.output.progress import Progress, Reporter, reporter
 

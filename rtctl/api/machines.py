@@ -240,7 +240,7 @@ def measure_latency(
 
 def _seconds(name: str, text: str) -> float:
     """Return a time [s] above 0. Raises InputError that names the option."""
-    from rtctl.border.quantities import parse_quantity
+    from rtctl.border.units.quantities import parse_quantity
 
     try:
         value_s = parse_quantity(text, "s")

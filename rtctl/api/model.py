@@ -103,15 +103,19 @@ class Model:
         return html_table(title, ["parameter", "value", "standard error", "unit"], rows)
 
 
-def read_model(path: str | PathLike[str]) -> Model:
-    """Read a model file of any kind of plant.
+def read_model(path: str | PathLike[str] | type) -> Model:
+    """Read a model file of any kind of plant, or a class that declares a device (docs/python-device.md).
 
     Raises:
-        InputError: The file is missing, is no model, or a key or unit of it is wrong; all findings at once.
+        InputError: The file is missing, is no model, or a key or unit of it is wrong, or the class declares no device;
+            all findings at once.
     """
     from rtctl.models.kinds import model_kind
+    from rtctl.wiring import read_class
     from rtctl.wiring import read_model as read_content
 
+    if isinstance(path, type):
+        return Model(kind="equations", content=read_class(path))
     file = path_of("model", path)
     kind = model_kind(file)
     return Model(kind=kind, content=read_content(file, kind), source=file)

@@ -13,7 +13,7 @@ from typing import Annotated, Any
 from pydantic import Field, model_validator
 
 from rtctl.border.errors import InputError
-from rtctl.border.quantities import Checked, check, convert, read_toml
+from rtctl.border.units.quantities import Checked, check, convert, read_toml
 
 
 class Value(Checked):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from rtctl.border.quantities import is_angle, unit_registry
+from rtctl.border.units.quantities import is_angle, unit_registry
 
 DERIVATIVES = {"displacement": 0, "velocity": 1, "acceleration": 2}
 """Responses of a motion, each with its number of time derivatives."""

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from rtctl.border.errors import InputError, nearest
-from rtctl.border.quantities import Checked, Quantity, check, read_toml
+from rtctl.border.units.quantities import Checked, Quantity, check, read_toml
 
 OUTPUTS = (
     "kind", "kind_by_rule", "attractor", "period", "settled_s", "exponent", "lowest", "highest", "end_displacement",

@@ -12,7 +12,7 @@ import numpy as np
 
 from rtctl.border.errors import InputError, nearest
 from rtctl.border.model_file import ModelFile
-from rtctl.border.quantities import parse_quantity
+from rtctl.border.units.quantities import parse_quantity
 from rtctl.campaign.design import Axis, Design, grid_size
 from rtctl.campaign.file import SETTINGS, Campaign, FactorTable, Raw, RecordsTable, read_campaign
 from rtctl.identification.fit_record import FitRecord, make_fit_record

@@ -29,10 +29,13 @@ VERBS = {
     "run": Verb("device.run", "play a scenario in closed loop (or open loop) and score it"),
     "set": Verb("device.set", "change the set-point or a gain of a run that is under way"),
     "watch": Verb("device.watch", "a run in a browser, while it lasts and afterwards; --control changes it"),
-    "export": Verb("export", "a recorded run as a file for other programs (mcap)"),
+    "export": Verb("export", "a run, a model or a loop for other programs and machines (mcap, fmu, c)"),
     "replay": Verb(
         "device.replay",
         "a recorded run through estimator and controller again: the same commands to the bit?",
+    ),
+    "doubt": Verb(
+        "device.doubt", "whether a run's device still is its model, and what changed; also while it runs"
     ),
     "recover": Verb("device.recover", "what a run that was killed has recorded, as Parquet with a summary"),
     "acquire": Verb("device.acquire", "play an open-loop excitation through a driver into a dataset"),

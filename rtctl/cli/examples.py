@@ -12,10 +12,11 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "set": ('rtctl set out/steps setpoint="30 um"', "rtctl set out/steps controller.kp=0.02"),
     "watch": ("rtctl watch out/steps", "rtctl watch out/steps --control --mcap steps.mcap --epics LAB:VO2:"),
     "export": (
-        "rtctl export mcap out/steps --out steps.mcap",
-        "rtctl export mcap out/steps --out steps.mcap --json",
+        "rtctl export fmu --model model.toml --dataset data/dataset.toml --out model.fmu",
+        "rtctl export c --scenario steps --model model.toml --out loop_c",
     ),
-    "replay": ("rtctl replay out/steps", "rtctl replay out/steps --out out/again"),
+    "doubt": ("rtctl doubt out/steps", "rtctl doubt out/steps --live --policy derate"),
+    "replay": ("rtctl replay out/steps", "rtctl replay out/steps --export loop_c"),
     "recover": ("rtctl recover out/steps", "rtctl recover out/steps --json"),
     "acquire": (
         "rtctl acquire acquire_oscillator --out data",

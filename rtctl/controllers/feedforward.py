@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rtctl.arithmetic.elementary import exp
 from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import kernel
 from rtctl.hysteresis.packing import array_at, number_at, pack, preisach_at
@@ -69,7 +70,7 @@ def inverse_step(
 ) -> float:
     """Return the current [mA] for the next period; advance `state` by it, in place."""
     stack = state[1:]
-    a = math.exp(-elapsed_s / p.time_constant_s)
+    a = exp(-elapsed_s / p.time_constant_s)
     s = state[0]
     wanted = walk_to(stack, target, math.sqrt(max(s, 0.0)), p, deflection)
     power = (wanted * wanted - a * s) / (1.0 - a)
@@ -94,7 +95,7 @@ class InverseFeedforward:
     def __init__(self, model: Vo2Model, current: Span) -> None:
         self._model = model.deflection_preisach
         still = STILL * model.deflection.width
-        self._params = InverseParams(model.time_constant_s, current.low, current.high, still)
+        self.params = InverseParams(model.time_constant_s, current.low, current.high, still)
         self._memory = self._packed(current.low)
 
     def start(self, level: float) -> float:
@@ -104,7 +105,7 @@ class InverseFeedforward:
 
     def _packed(self, level: float) -> FloatArray:
         state = np.concatenate(([level * level], self._model.initial_state(level)))
-        return pack(state, self._params, self._model.params)
+        return pack(state, self.params, self._model.params)
 
     @property
     def memory(self) -> FloatArray:

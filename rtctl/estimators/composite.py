@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from rtctl.arithmetic.standard_error import combined
 from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import kernel
 from rtctl.hysteresis.egpi import EgpiParams, egpi_step
@@ -50,6 +51,12 @@ def packed_composite_step(memory: FloatArray, resistance_ohm: float) -> tuple[fl
     )  # fmt: skip
 
 
+def reading_share(model: Vo2Model) -> float:
+    """Return the error of deflection that the noise of a reading makes, per ohm and per d surrogate / d u [um]."""
+    steepness = model.deflection.width / model.current.width
+    return 1e-3 * model.reading_error / float(model.resistance_gpi.p[0]) * steepness
+
+
 class CompositeEstimator:
     """The paper's composite estimator."""
 
@@ -61,8 +68,7 @@ class CompositeEstimator:
         self._inverse = GpiInverse.of(model.resistance_gpi)
         self._egpi = model.composite_egpi
         self._fit_rms = model.quality["composite"].rms
-        steepness = model.deflection.width / model.current.width
-        self._reading = 1e-3 * model.reading_error / float(model.resistance_gpi.p[0]) * steepness
+        self._reading = reading_share(model)
         self._highest_ohm = model.resistance.high
         self._last_ohm = self._highest_ohm
         self._memory = self._packed(model.current.low)
@@ -82,5 +88,5 @@ class CompositeEstimator:
         value, surrogate, gain, status = packed_composite_step(self._memory, sensed[0])
         if 0.0 < sensed[0] < math.inf:
             self._last_ohm = sensed[0]
-        error = math.hypot(self._fit_rms, self._reading * self._last_ohm * gain)
+        error = combined(self._fit_rms, self._reading * self._last_ohm * gain)
         return Estimate(value, surrogate, error, status)

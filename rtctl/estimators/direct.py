@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from rtctl.arithmetic.elementary import log
 from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import kernel
 from rtctl.hysteresis.egpi import EgpiModel, egpi_step
@@ -33,6 +34,20 @@ def packed_preisach_step(memory: FloatArray, u: float) -> tuple[float, int]:
     return step.y, step.status
 
 
+@kernel
+def clipped_reading(resistance_ohm: float, low: float, high: float, margin: float) -> tuple[float, int]:
+    """Return -ln R, clipped `margin` beyond low to high [ln ohm], and its status; NaN if there is no reading."""
+    if not 0.0 < resistance_ohm < math.inf:
+        return math.nan, NOT_FINITE
+    u = -log(resistance_ohm)
+    return min(max(u, low - margin), high + margin), OK if low <= u <= high else OUT_OF_RANGE
+
+
+def reading_range(model: Vo2Model) -> Span:
+    """Return the identified range of -ln R [ln ohm]."""
+    return Span(-math.log(model.resistance.high), -math.log(model.resistance.low))
+
+
 class _Direct:
     """The shared part of both estimators: the reading and its range."""
 
@@ -40,17 +55,13 @@ class _Direct:
 
     def __init__(self, model: Vo2Model, fit: str) -> None:
         self._error = model.quality[fit].rms
-        self._range = Span(-math.log(model.resistance.high), -math.log(model.resistance.low))
+        self._range = reading_range(model)
         self._last = 0.0
 
     def _reading(self, resistance_ohm: float) -> tuple[float, int]:
         """Return -ln R within the margin, and its status; NaN if there is none."""
-        if not 0.0 < resistance_ohm < math.inf:
-            return math.nan, NOT_FINITE
-        u = -math.log(resistance_ohm)
-        margin = READING_MARGIN * self._range.width
-        clipped = min(max(u, self._range.low - margin), self._range.high + margin)
-        return clipped, OK if self._range.low <= u <= self._range.high else OUT_OF_RANGE
+        low, high = self._range
+        return clipped_reading(resistance_ohm, low, high, READING_MARGIN * self._range.width)
 
     def _estimate(self, value: float, status: int) -> Estimate:
         if math.isfinite(value):

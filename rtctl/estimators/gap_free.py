@@ -9,6 +9,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from rtctl.arithmetic.elementary import log
+from rtctl.arithmetic.standard_error import combined
 from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import kernel
 from rtctl.estimators.composite import SURROGATE_MARGIN
@@ -20,6 +22,7 @@ from rtctl.interfaces import Estimate, EstimateStatus
 from rtctl.models.vo2 import SURROGATE, Vo2Model
 
 NOT_FINITE = int(EstimateStatus.NOT_FINITE)
+LEAST_SLOPE = 1e-12
 INVERSE_PART = 4 + len(EgpiParams._fields)
 
 
@@ -34,7 +37,7 @@ def gap_free_composite_step(
     egpi: EgpiParams,
 ) -> tuple[float, float, float, int]:
     """Return deflection [um], surrogate [mA], slope -d ln R / d surrogate [1/mA], status; advance the states."""
-    reading = -math.log(resistance_ohm) if resistance_ohm > 0.0 else math.nan
+    reading = -log(resistance_ohm) if resistance_ohm > 0.0 else math.nan
     point: BranchPoint = gap_free_inverse_step(inverse_state, reading, inverse)
     v = min(max(point.v, low), high)
     return egpi_step(plays, v, egpi), v, point.slope, point.status
@@ -76,5 +79,5 @@ class GapFreeEstimator:
     def step(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> Estimate:
         """Return the estimate of one sample; the current is not used."""
         value, surrogate, slope, status = packed_gap_free_composite_step(self._memory, sensed[0])
-        error = math.hypot(self._fit_rms, self._reading / max(slope, 1e-12))
+        error = combined(self._fit_rms, self._reading / max(slope, LEAST_SLOPE))
         return Estimate(value, surrogate, error, status)

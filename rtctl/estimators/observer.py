@@ -26,6 +26,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rtctl.arithmetic.elementary import exp, log
 from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import kernel
 from rtctl.hysteresis.packing import array_at, number_at, pack, preisach_at
@@ -82,7 +83,7 @@ def believed(b: float, heat_faked: float) -> float:
 @kernel
 def propagate(x: FloatArray, way_mA: float, elapsed_s: float, p: ObserverParams) -> None:
     """Propagate m and the covariances over `elapsed_s` [s], in which v moved by `way_mA`, in place."""
-    r = math.exp(-way_mA / p.error_length)
+    r = exp(-way_mA / p.error_length)
     x[3] *= r
     x[4] += p.heat_walk * elapsed_s
     x[5] *= r
@@ -92,7 +93,7 @@ def propagate(x: FloatArray, way_mA: float, elapsed_s: float, p: ObserverParams)
 @kernel
 def predict(x: FloatArray, current_mA: float, elapsed_s: float, p: ObserverParams) -> float:
     """Advance x (state order above) by `elapsed_s` of a held current, in place; returns v [mA]."""
-    a = math.exp(-elapsed_s / p.time_constant_s)
+    a = exp(-elapsed_s / p.time_constant_s)
     before = math.sqrt(max(x[0], 0.0))
     power = current_mA * current_mA + believed(x[2], p.heat_faked)
     x[0] = power + (x[0] - power) * a
@@ -154,7 +155,7 @@ def observer_step(  # noqa: PLR0913
     if resistance_ohm > 0.0 and math.isfinite(resistance_ohm):
         sensitivity = (probed - expected) / PROBE_MA2
         withheld = x[2] - believed(x[2], p.heat_faked)
-        innovation = -math.log(resistance_ohm) - (expected + sensitivity * withheld) - x[3]
+        innovation = -log(resistance_ohm) - (expected + sensitivity * withheld) - x[3]
         if condition_on(x, innovation, sensitivity, p.reading_variance) > DISAGREEMENT:
             status |= DISAGREES
     else:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from rtctl.border.quantities import convert
 from rtctl.border.records import DeviceProfile
+from rtctl.border.units.quantities import convert
 from rtctl.interfaces import Estimate
 
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.quantities import convert
 from rtctl.border.records import DeviceStatus
+from rtctl.border.units.quantities import convert
 from rtctl.evaluation.metrics import LENGTH_UNIT, NOT_SCORED, ErrorScore, finite, score
 from rtctl.evaluation.outputs import output_scores, to_table
 from rtctl.evaluation.setpoint_holds import hold_error_percent, holds_of, level_rows, settling_ms

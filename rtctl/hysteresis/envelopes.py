@@ -7,11 +7,11 @@ unequal slopes cross somewhere, so it is a property of envelopes and range toget
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
+from rtctl.arithmetic.elementary import atanh, tanh
 from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import kernel
 
@@ -31,7 +31,7 @@ class Line(NamedTuple):
 @kernel
 def envelope(a: float, b: float, v: float) -> float:
     """Return gamma(v) = tanh(a v + b)."""
-    return math.tanh(a * v + b)
+    return tanh(a * v + b)
 
 
 @kernel
@@ -43,7 +43,7 @@ def envelope_slope(a: float, gamma: float) -> float:
 @kernel
 def envelope_inverse(a: float, b: float, gamma: float) -> float:
     """Return v = (arctanh(gamma) - b) / a, for |gamma| < 1."""
-    return (math.atanh(gamma) - b) / a
+    return (atanh(gamma) - b) / a
 
 
 def crossing_depth(

@@ -91,13 +91,14 @@ def gap_free_inverse_step(state: FloatArray, y: float, params: GapFreeParams) ->
     finite = math.isfinite(y)
     if not finite or abs(y - now) <= params.y_tolerance:
         # at rest: the direction of the last movement is the one whose edges hold plays
-        up, down = branch_value(w, v, True, egpi, False)[1], branch_value(w, v, False, egpi, False)[1]
+        _, up = branch_value(w, v, True, egpi, False)
+        _, down = branch_value(w, v, False, egpi, False)
         return BranchPoint(v, max(up, down), OK if finite else NOT_FINITE)
     rising = y > now
     end = max(v, params.v_high) if rising else min(v, params.v_low)
     v, inside = _solve(w, y, v, end, rising, params)
     state[-1] = v
-    slope = branch_value(w, v, rising, egpi, True)[1]
+    _, slope = branch_value(w, v, rising, egpi, True)
     return BranchPoint(v, slope, OK if inside else SATURATED | OUT_OF_RANGE)
 
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import nearest
-from rtctl.border.quantities import QUANTITY, parse_quantity
-from rtctl.border.unit_text import parse_base_quantity
+from rtctl.border.units.quantities import QUANTITY, parse_quantity
+from rtctl.border.units.unit_text import parse_base_quantity
 from rtctl.measured.columns.alignment import describe_leads, leading_rows
 from rtctl.measured.columns.conversion import TableCache, check_finite
 from rtctl.measured.columns.time_axis import (

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 
-from rtctl.border.unit_text import common_units, parsed_unit
+from rtctl.border.units.unit_text import common_units, parsed_unit
 from rtctl.measured.units import same_unit
 
 _NOTHING = frozenset(

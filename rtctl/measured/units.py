@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.quantities import unit_registry
-from rtctl.border.unit_text import parsed_unit
+from rtctl.border.units.quantities import unit_registry
+from rtctl.border.units.unit_text import parsed_unit
 
 ROUNDING = 1e-9
 """Relative difference of two units below which they are one."""

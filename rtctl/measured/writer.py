@@ -10,7 +10,7 @@ import numpy as np
 import tomli_w
 
 from rtctl.border.errors import RunError
-from rtctl.border.unit_text import SI
+from rtctl.border.units.unit_text import SI
 from rtctl.measured.dataset import Record
 from rtctl.output.atomic_write import replacing
 from rtctl.recording import write_parquet

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from rtctl.border.quantities import read_toml
+from rtctl.border.units.quantities import read_toml
 
 DOUBT = (
     'the diagnosis that wrote {} did not explain its data ("{}"): something is left that this model does not have, so '

@@ -15,7 +15,7 @@ import numpy as np
 
 from rtctl.border.errors import InputError, nearest
 from rtctl.border.model_file import MechanismTable, Value
-from rtctl.border.quantities import parse_quantity, read_toml
+from rtctl.border.units.quantities import parse_quantity, read_toml
 from rtctl.hysteresis.egpi import EgpiModel
 from rtctl.hysteresis.gap_free import GapFreeModel
 from rtctl.hysteresis.gpi import GpiModel

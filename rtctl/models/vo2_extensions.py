@@ -11,7 +11,7 @@ from typing import Any
 
 from rtctl.border.errors import InputError
 from rtctl.border.model_file import MechanismTable, Value
-from rtctl.border.quantities import check
+from rtctl.border.units.quantities import check
 
 CORRECTION_UNITS = {
     "current_gain": "dimensionless",

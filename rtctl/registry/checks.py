@@ -6,7 +6,7 @@ import inspect
 from typing import Any
 
 from rtctl.border.errors import InputError
-from rtctl.registry.loading import import_object
+from rtctl.border.importing import import_object
 
 PROTOCOLS = {
     "controller": "rtctl.interfaces:Controller",

@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import Any, Literal, TypeVar, get_args, overload
 
 from rtctl.border.errors import InputError, nearest
+from rtctl.border.importing import import_object
 from rtctl.registry.builtin import TABLES
 from rtctl.registry.checks import check_class
 from rtctl.registry.loading import (
     announce_plugin,
     announced_plugins,
     forget_plugin,
-    import_object,
     import_plugin,
     resolved,
 )

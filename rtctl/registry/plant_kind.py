@@ -59,6 +59,12 @@ class ModelFiles:
     """Whether a model file also describes a simulated device, by its `[device]` table."""
     forced: Part = None
     """`(model, units, source) -> Forced`: the model under harmonic drive; None: there is no such simulation."""
+    dynamics: Part = None
+    """`(model, source) -> Dynamics`: the model as differential equations; None: it is none."""
+    matlab_function: Part = None
+    """`(model, source, name) -> str`: the model as the source of a MATLAB function; None: it has no such form."""
+    c_plant: Part = None
+    """`(model, source, request: CRequest) -> CPlant`: the model as C source; None: it has none."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -135,6 +141,8 @@ class PlantKind:
     """`rtctl.diagnosis.problem.subject.Subject`, or several in the order of preference: the first whose signal the
     records have is taken. Of models whose signals are their own, `(simulation, dataset) -> Subject`. None: models of
     this kind are not diagnosed."""
+    belief: Part = None
+    """`(model) -> rtctl.doubt.belief.Belief`: the model in free run, by which a run is doubted; None: it is not."""
     device: Part = None
     """Class of a simulated device (`plant_sim.plant.Plant`), called with the options of its `[plant]` table."""
     device_file: Part = None

@@ -30,6 +30,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rtctl.arithmetic.elementary import exp
 from rtctl.border.errors import DriverError, Fault
 from rtctl.border.kernels import background_kernel, kernel
 from rtctl.border.records import Measurement
@@ -209,7 +210,7 @@ def follows(  # noqa: PLR0913
 def mean_square_after(mean_square: float, level: float, period_s: float, window_s: float) -> float:
     """Return the mean square of a command after `level` was held for `period_s` [s]: the module's equation."""
     square = level * level
-    return square + (mean_square - square) * math.exp(-period_s / window_s)
+    return square + (mean_square - square) * exp(-period_s / window_s)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from rtctl.border.errors import InputError, nearest
-from rtctl.border.quantities import read_toml
+from rtctl.border.units.quantities import read_toml
 
 
 def find_scenario(name: str) -> Path:

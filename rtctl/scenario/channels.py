@@ -12,8 +12,8 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, model_validator
 
 from rtctl.border.errors import InputError
-from rtctl.border.quantities import Checked, check, convert
 from rtctl.border.records import DeviceProfile, device_profile
+from rtctl.border.units.quantities import Checked, check, convert
 from rtctl.registry import PlantKind
 from rtctl.scenario.limits import LimitsTable
 

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, Tag
 
-from rtctl.border.quantities import Checked
+from rtctl.border.units.quantities import Checked
 from rtctl.scenario.instruments import Scpi
 from rtctl.scenario.own_parts import OwnDriver, chosen_by_kind
 from rtctl.scenario.wires import Address, Wire

@@ -12,8 +12,8 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 
 from pydantic import Field, create_model, model_validator
 
-from rtctl.border.quantities import Checked, Quantity
 from rtctl.border.records import Channel, DeviceProfile
+from rtctl.border.units.quantities import Checked, Quantity
 from rtctl.safety.limits import CommandLimits
 
 REQUIRED: Any = ...

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 from pydantic import ConfigDict, Discriminator, field_validator, model_validator
 
 from rtctl.border.errors import InputError, nearest
-from rtctl.border.quantities import Checked
+from rtctl.border.units.quantities import Checked
 from rtctl.registry import Entry, Part, find, names
 from rtctl.registry.building import option_findings
 

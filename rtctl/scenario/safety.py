@@ -6,8 +6,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from rtctl.border.quantities import Checked
 from rtctl.border.records import DeviceProfile
+from rtctl.border.units.quantities import Checked
 from rtctl.safety.guards import LEAST_TIME_TOLERANCE_US, ReadingRules
 from rtctl.scenario.clock import ClockTable, Seconds
 from rtctl.scenario.limits import LimitsTable

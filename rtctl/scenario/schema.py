@@ -15,10 +15,10 @@ from typing import Annotated, Any, ClassVar
 from pydantic import AfterValidator, Discriminator, Field, Tag, create_model, field_validator, model_validator
 
 from rtctl.border.errors import InputError
-from rtctl.border.quantities import Checked, check, read_toml
+from rtctl.border.importing import look_beside
 from rtctl.border.records import DeviceProfile
+from rtctl.border.units.quantities import Checked, check, read_toml
 from rtctl.registry import DEFAULT_PLANT, PlantKind, entries, load, plant_kind
-from rtctl.registry.loading import look_beside
 from rtctl.scenario.channels import ChannelsTable, fill_channels, known_unit
 from rtctl.scenario.channels import profile_of as channels_profile
 from rtctl.scenario.clock import ClockTable, Seconds

@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 from pydantic import Field, model_validator
 
 from rtctl.border.errors import InputError
-from rtctl.border.quantities import Checked, check, read_toml
+from rtctl.border.units.quantities import Checked, check, read_toml
 from rtctl.scenario.clock import Seconds
 
 OF_DEVICE = ("frozen_value", "sensor_fault", "frozen_counter", "watchdog_tripped", "not_enabled")

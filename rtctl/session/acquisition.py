@@ -24,6 +24,7 @@ from rtctl.scenario.schema import Scenario
 from rtctl.session.live.under_way import excitation_under_way
 from rtctl.session.loop_setup import open_driver
 from rtctl.session.open_loop import OpenLoopRun, play
+from rtctl.session.run_folder import watch_words
 
 
 def acquire(
@@ -111,6 +112,8 @@ def _play_all(player: _Player, report: Callable[[str], None]) -> tuple[list[Reco
             if not records:
                 raise
             return records, str(error)
+        if index == 0 and player.tables is not None:
+            report(watch_words(player.folder))
         run = player.play(own, levels, first, f"{scenario.scenario.title}: {kind}")
         if run.outcome.fault is not None:
             return records, f"{run.outcome.fault}: {run.outcome.message}"

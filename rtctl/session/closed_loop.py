@@ -63,7 +63,7 @@ def track(
         DriverError: the device cannot be opened.
     """
     plant = support_of(scenario.scenario.plant)
-    chain, setpoints, tuning = _plan_control(scenario, model)
+    chain, setpoints, tuning = plan_control(scenario, model)
     chain = replace(chain, step=compiled_step(chain.estimator, chain.controller, chain.limits))
     _compile(chain, plant.reading_at_rest(model))
     first = open_driver(driver, scenario)
@@ -98,7 +98,7 @@ def planned_step(scenario: Scenario, model: Any) -> tuple[Step, FloatArray, list
     Raises:
         InputError: the setpoint leaves the model's range.
     """
-    chain, setpoints, _ = _plan_control(scenario, model)
+    chain, setpoints, _ = plan_control(scenario, model)
     step = ReadableStep(chain.estimator, chain.controller, chain.limits)
     return step, setpoints, [name for name, _ in chain.controller.terms]
 
@@ -116,7 +116,7 @@ def setpoints_of(scenario: Scenario, reach: Span) -> FloatArray:
     return course(scenario.reference, time_s, reach, scenario.profile.reference.unit, "reference")
 
 
-def _plan_control(scenario: Scenario, model: Any) -> tuple[ControlChain, FloatArray, Tuning | None]:
+def plan_control(scenario: Scenario, model: Any) -> tuple[ControlChain, FloatArray, Tuning | None]:
     """Return estimator, controller and limits, the setpoints (n,), and how the controller was tuned."""
     plant = support_of(scenario.scenario.plant)
     reach = plant.output_range(scenario, model)

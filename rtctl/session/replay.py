@@ -73,7 +73,10 @@ def read_run(folder: Path) -> Recorded:
         raise InputError(f"{model_file}: missing; a replay needs the model that the run used")
     model = support_of(scenario.scenario.plant).read_model(model_file)
     return Recorded(
-        scenario=scenario, model=model, signals=signals, events=tuple(read_events(folder / EVENTS))
+        scenario=scenario,
+        model=model,
+        signals=signals,
+        events=tuple(event for event in read_events(folder / EVENTS) if event.kind != "doubt"),
     )
 
 

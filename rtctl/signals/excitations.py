@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import Field, field_validator
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.quantities import Checked, Quantity
+from rtctl.border.units.quantities import Checked, Quantity
 from rtctl.signals.levels import Level, LevelOf, hold, samples_in, whole_microseconds
 
 Use = Literal["identify", "fit", "test"]

@@ -13,8 +13,8 @@ import numpy as np
 from pydantic import BeforeValidator, ValidationInfo
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.quantities import parse_quantity
 from rtctl.border.records import VO2, DeviceProfile
+from rtctl.border.units.quantities import parse_quantity
 
 
 def whole_microseconds(period_s: float) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.quantities import Checked, Quantity
+from rtctl.border.units.quantities import Checked, Quantity
 from rtctl.signals.levels import Level, LevelOf, hold, samples_in
 
 

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from pydantic import Field
 
 from rtctl.border.errors import InputError, nearest
-from rtctl.border.quantities import Checked, Quantity, check, parse_quantity, read_toml
-from rtctl.border.unit_text import parse_base_quantity
+from rtctl.border.units.quantities import Checked, Quantity, check, parse_quantity, read_toml
+from rtctl.border.units.unit_text import parse_base_quantity
 
 
 @pytest.mark.parametrize(

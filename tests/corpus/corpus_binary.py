@@ -258,6 +258,8 @@ MATLAB = (
     Situation("MATLAB 5", mat(t=T, u=U, x=X), RIGHT, TIMED),
     Situation("MATLAB 5 with a rate", mat(u=U, x=X, fs=1000.0), RIGHT, NAMES),
     Situation("MATLAB 5 with a period", mat(u=U, x=X, dt=1e-3), RIGHT, NAMES),
+    Situation("MATLAB 5 with a rate that is not the user's", mat(u=U, x=X, fs=1000.0), refused("r.mat", '"fs"', "1000 Hz", "leave out --sample-rate"), NAMES | {"sample_rate_hz": 100.0}),
+    Situation("MATLAB of two structs, and a rate that only the other one has", mat(rec=structs(2.0, 1.0)), RIGHT, OF_2 | {"sample_rate_hz": 1000.0}),
     Situation("MATLAB 5 without a rate", mat(u=U, x=X), refused("r.mat", "rate", "--sample-rate"), NAMES),
     Situation("MATLAB of two structs, one of them named", mat(rec=structs(2.0, 1.0)), RIGHT, OF_2),
     Situation("MATLAB of two structs with rates, one of them named", mat(rec=np.array([(500.0, U, X), (1000.0, U, X)], dtype=[("fs", object), ("u_V", object), ("x_mm", object)])), RIGHT, OF_2),

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from diagnosis_cases import FRICTION, MODEL, PERIOD_S, device, noise_drive
 
-from rtctl.border.quantities import convert
 from rtctl.border.simulation import Simulation, Stimulus
+from rtctl.border.units.quantities import convert
 from rtctl.cli import main
 
 UNITS = {"velocity": ("mm/s", 1.0), "acceleration": ("m/s^2", 1e-3)}

@@ -115,7 +115,7 @@ def asked(path: Path, answers: list[str], given: Answers | None = None) -> tuple
 
 def test_what_an_option_says_is_not_asked(tmp_path: Path) -> None:
     path = write_text(tmp_path / "r.csv", "t [s],u [V],x [mm]\n", M.t, M.u, M.x)
-    prompts, found = asked(path, [], Answers(plant="oscillator", sample_rate_hz=500.0, test="none"))
+    prompts, found = asked(path, [], Answers(plant="oscillator", sample_rate_hz=500.0, time="-", test="none"))
     assert not [
         one for one in prompts if "measured?" in one or "time" in one or "rate" in one or "test" in one
     ]

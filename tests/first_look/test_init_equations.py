@@ -168,3 +168,24 @@ def test_a_motion_in_newtons_is_refused_by_init_and_in_a_manifest(tmp_path: Path
     )
     with pytest.raises(InputError, match='"N" is a unit like N, which this signal cannot be'):
         rtctl.read_dataset(tmp_path / "d.toml")
+
+
+@pytest.mark.parametrize(
+    ("rate", "words"),
+    [
+        ("(U^2/R - loss*(heater - rom))/C", '"rom" is unknown; did you mean "room"'),
+        ("(U^2/R - loss*heater*heater)/C", "both need one unit"),
+        ("(U^2/R - loss*(heater - room)/C", "model.states.heater.rate"),
+    ],
+)
+def test_equations_with_an_error_stop_init_with_the_message_of_identify(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], rate: str, words: str
+) -> None:
+    path = heated(tmp_path)
+    model = tmp_path / "heater.toml"
+    model.write_text(MODEL.replace("(U^2/R - loss*(heater - room))/C", rate), encoding="utf-8")
+    assert main(["init", str(path), "--yes", "--model", str(model), "--no-plot"]) == 2
+    assert words in capsys.readouterr().err
+    assert not (tmp_path / "dataset.toml").exists()
+    with pytest.raises(InputError, match=words.split("?")[0][:20]):  # as Python says it
+        rtctl.init(path, model=model, plot=False)

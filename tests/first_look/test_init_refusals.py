@@ -213,3 +213,18 @@ def test_a_reading_that_overflowed(tmp_path: Path, capsys: pytest.CaptureFixture
 def test_a_spectrum_is_no_record(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = table(tmp_path, "frequency [Hz],u [V],x [mm]\n", 1.0 + M.t, M.u, M.x)
     assert 'the column "frequency [Hz]" is a frequency: a spectrum is no record' in refusal(capsys, path)
+
+
+def test_one_column_is_not_taken_for_both_roles(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    said = refusal(capsys, table(tmp_path, "t [s],heat [W],plate [degC]\n", M.t, M.u, M.x))
+    assert "several columns" not in said
+    assert 'only column "heat [W]" may be the drive' in said
+    assert "no column of numbers is left that may be a motion" in said
+    assert "--input 'heat [W]' --model MODEL.toml" in said
+
+
+def test_an_example_has_two_columns_where_there_are_three(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    said = refusal(capsys, table(tmp_path, "t [s],ch1 [V],ch2 [V],ch3 [V]\n", M.t, M.u, M.x, M.v))
+    assert "--input 'ch1 [V]' --output 'displacement=ch2 [V]'" in said

@@ -243,7 +243,7 @@ _TERMS = ("x1", "u", "k1", "sqrt", "sin", "max", "min", "where", "sign", "(", ")
 
 
 def _unit_text(rng: random.Random, folder: Path) -> None:
-    from rtctl.border.unit_text import parsed_unit
+    from rtctl.border.units.unit_text import parsed_unit
     from rtctl.measured.stated_unit import agrees, readable, time_unit_of, unit_in_name
 
     text = any_text(rng, _UNITS)
@@ -256,8 +256,8 @@ def _unit_text(rng: random.Random, folder: Path) -> None:
 
 
 def _quantity_text(rng: random.Random, folder: Path) -> None:
-    from rtctl.border.quantities import parse_quantity
-    from rtctl.border.unit_text import parse_base_quantity
+    from rtctl.border.units.quantities import parse_quantity
+    from rtctl.border.units.unit_text import parse_base_quantity
 
     text = rng.choice(("1 ", "2.5", "-1e-3 ", "")) + any_text(rng, _UNITS)
     try:

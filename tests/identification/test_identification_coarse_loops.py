@@ -126,9 +126,9 @@ def test_only_relays_that_switch_together_want_a_first_grid_of_all_cells(found, 
     monkeypatch.setattr(rtctl.identification.vo2.coarse_loops, "SMOOTH_CELLS", 10)
     fit, tried = rtctl.identification.vo2.coarse_loops.fit_preisach, []
 
-    def watched(*samples, nodes, sign):
+    def watched(*samples, nodes, **options):
         tried.append(len(nodes) - 1)
-        return fit(*samples, nodes=nodes, sign=sign)
+        return fit(*samples, nodes=nodes, **options)
 
     monkeypatch.setattr(rtctl.identification.vo2.coarse_loops, "fit_preisach", watched)
     one = found["deflection"]

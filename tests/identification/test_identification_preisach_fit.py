@@ -72,6 +72,14 @@ def test_masses_are_not_negative_and_the_hysteretic_part_rises(fitted):
     assert (np.diff(hysteretic) >= -1e-12).all()
 
 
+def test_the_empty_cells_of_another_model_as_first_guess_change_nothing(fitted):
+    v, y, fit = fitted
+    nodes = choose_grid(v, y, 24, uniform_share=0.6)
+    alone = fit_preisach(v, y, v > 0.0, nodes=nodes).model
+    guessed = fit_preisach(v, y, v > 0.0, nodes=nodes, near=fit.model).model
+    np.testing.assert_allclose(guessed.mu, alone.mu, atol=1e-9)
+
+
 def test_where_no_data_speak_the_density_goes_on_smoothly():
     v = np.concatenate(([0.0], np.linspace(3.7, 8.5, 60), np.linspace(8.5, 3.7, 60)))  # the major loop alone
     fit = fit_preisach(v, relays(v), v > 0.0, cells=20)

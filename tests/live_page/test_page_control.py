@@ -101,6 +101,7 @@ def test_stop_ends_an_acquisition_that_is_under_way(tmp_path: Path) -> None:
         )
         assert changed(server, run=f"data/{FOLDER}", name="stop")[0] == 200
         said = process.communicate(timeout=20.0)[1]
+    assert f"watch it: rtctl watch {tmp_path / 'data'}" in said
     assert process.returncode == 1
     assert "interrupted: stopped from outside" in said
     assert not (tmp_path / "data" / FOLDER).exists(), "nothing of it stays"

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from plant_sim.catalogue import bundled_plant
 from plant_sim.vo2.device_file import DeviceFile
 from plant_sim.vo2.plant import Vo2Plant
-from rtctl.border.quantities import check, read_toml
+from rtctl.border.units.quantities import check, read_toml
 
 settings.register_profile("compiled", deadline=None)  # the first example of a kernel compiles it
 settings.load_profile("compiled")

@@ -12,8 +12,8 @@ from plant_sim.catalogue import bundled_plant
 from plant_sim.equations.plant import load_plant as equations_plant
 from plant_sim.inspection import NoInspection, inspection_of
 from plant_sim.oscillator.plant import load_plant as oscillator_plant
-from plant_sim.vo2.effects import Effects
-from plant_sim.vo2.inspection import UNITS
+from plant_sim.vo2.effects.inspection import UNITS
+from plant_sim.vo2.effects.table import Effects
 from rtctl.border.errors import InputError
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"

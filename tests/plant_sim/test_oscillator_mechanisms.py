@@ -44,8 +44,8 @@ from plant_sim.oscillator.nominal import NOMINAL_PARAMETERS
 from rtctl.border.errors import InputError
 from rtctl.border.mechanisms import Parameter, Scales
 from rtctl.border.model_file import ModelFile
-from rtctl.border.quantities import unit_registry
 from rtctl.border.simulation import Prediction, Stimulus
+from rtctl.border.units.quantities import unit_registry
 
 CATALOGUE = [
     "stiffness.quadratic", "stiffness.cubic", "stiffness.quintic", "stiffness.parametric", "stiffness.drift",

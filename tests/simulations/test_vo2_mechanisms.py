@@ -12,7 +12,7 @@ from vo2_dense_oracle import STEPS, Film, dense, heated_by_phase
 from vo2_model_cases import PERIOD_S, TAU_S, predict, simulation, small_model, stimulus, telegraph
 
 from rtctl.border.mechanisms import Scales
-from rtctl.border.quantities import convert
+from rtctl.border.units.quantities import convert
 from rtctl.diagnosis.thresholds import ProblemThresholds
 from rtctl.simulations.vo2 import MECHANISMS
 from rtctl.wiring import mechanism_ids

@@ -22,6 +22,13 @@ from rtctl.border.kernels import background_kernel, kernel
 ORDER = 4
 SHARE = 1e-6
 """Step of a finite difference, as a share of a state's size."""
+MOVED_SHARE = 1e-8
+"""Least step of a finite difference, as a share of what a state moves in an integration step by its rate alone.
+
+A state that is zero has no size: a step by that alone drowns in the rounding of its rate, its slope is lost, and what
+should decay grows (LSODE sets such a floor too: Hindmarsh, ODEPACK, 1983). The share keeps the slope's rounding at 1e-8
+of 1/h.
+"""
 
 
 def derive_source(system: System) -> str:
@@ -41,18 +48,18 @@ def at_share(nodes: FloatArray, i: int, share: float, u: FloatArray) -> None:
         u[k] = first * nodes[0, i, k] + middle * nodes[1, i, k] + last * nodes[2, i, k]
 
 
-# 7 parameters because a compiled kernel takes its arrays one by one
+# 8 parameters because a compiled kernel takes its arrays one by one
 @kernel
-def fill_slopes(
-    derive: Any, x: FloatArray, u: FloatArray, t: float, p: FloatArray, j: int, slopes: FloatArray
+def fill_slopes(  # noqa: PLR0913
+    derive: Any, x: FloatArray, u: FloatArray, t: float, h: float, p: FloatArray, j: int, slopes: FloatArray
 ) -> None:
-    """Fill the Jacobian `slopes` (states, states) of the rates of lane `j` at `x` (states,)."""
+    """Fill the Jacobian `slopes` (states, states) of the rates of lane `j` at `x` (states,), for a step of `h` [s]."""
     n = x.shape[0]
     base, moved = np.empty(n), np.empty(n)
     derive(x, u, t, p, j, base)
     for c in range(n):
         before = x[c]
-        step = SHARE * max(abs(before), 1e-12)
+        step = max(SHARE * max(abs(before), 1e-12), MOVED_SHARE * abs(h * base[c]))
         x[c] = before + step
         derive(x, u, t, p, j, moved)
         x[c] = before
@@ -74,7 +81,7 @@ def lane_step(  # noqa: PLR0913
     slopes, matrix, table = np.empty((n, n)), np.empty((n, n)), np.empty((ORDER, n))
     here, rhs, u = np.empty(n), np.empty(n), np.empty(nodes.shape[2])
     at_share(nodes, i, begin, u)
-    fill_slopes(derive, x, u, t + begin * h, p, j, slopes)
+    fill_slopes(derive, x, u, t + begin * h, (end - begin) * h, p, j, slopes)
     for k in range(1, ORDER + 1):
         own = (end - begin) * h / k
         for r in range(n):

@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import math
 import threading
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -28,6 +29,7 @@ from plant_sim.equations.compiled.crossing import (
 )
 from plant_sim.equations.compiled.explicit import noticing_source, rates_source, rk4_source
 from plant_sim.equations.compiled.implicit import derive_source, extrapolate
+from plant_sim.equations.compiled.own_functions import at_many, functions_in, many_source, registered
 from plant_sim.equations.compiled.passing import guards_source, resets_source, sides_at
 from plant_sim.equations.integration.steps import Plan
 from plant_sim.equations.system import System
@@ -90,6 +92,24 @@ def march(  # noqa: PLR0913
     else:
         kernel(x, nodes, step_s, how.substeps, start_s, p, out)
     return out
+
+
+def compiled_at_many(
+    function: Callable[..., Any], arguments: Sequence[str], members: Sequence[str], owner: str
+) -> tuple[str, Callable[[FloatArray], FloatArray]]:
+    """Return the symbol of a user's function, and what computes it at many places: (arguments, n) to (members, n).
+
+    Raises:
+        ValueError: It depends on what no kernel can contain.
+    """
+    symbol = registered(function)
+    source = many_source(symbol, len(arguments), len(members))
+    return symbol, at_many(_many(source), members, owner)
+
+
+@lru_cache(maxsize=64)
+def _many(source: str) -> Any:
+    return _cached(source, "many", source, {})
 
 
 def _endless(system: System, endless: FloatArray, step_s: float) -> str:
@@ -179,6 +199,7 @@ def _made(source: str, name: str) -> Any:
     """Return the function of a generated source, which is made of trees and holds no text of a user."""
     names: dict[str, Any] = {name: getattr(math, name) for name in FUNCTIONS}
     names |= {"floor": np.floor, "__name__": __name__}
+    names |= functions_in(source)
     exec(compile(source, "<equations>", "exec"), names)
     return names[name]
 

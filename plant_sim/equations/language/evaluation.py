@@ -17,8 +17,10 @@ from plant_sim.equations.language.tree import (
     Negative,
     Number,
     Operation,
+    Own,
     Tree,
     names_in,
+    nodes,
 )
 
 _OPERATIONS: dict[str, Callable[[Any, Any], Any]] = {
@@ -59,12 +61,15 @@ def _evaluated(tree: Tree, values: Mapping[str, Any]) -> Any:
             return np.logical_not(_evaluated(one, values))
         case Logic(word, conditions):
             return reduce(_OPERATIONS[word], [_evaluated(one, values) for one in conditions])
+        case Own(_, member, arguments, block):
+            assert block is not None  # trees are bound to their class before anything is computed
+            return block.value(member, [_evaluated(one, values) for one in arguments])
         case Call(function, arguments):
             return _CALLS[function](*(_evaluated(one, values) for one in arguments))
 
 
 def constant(tree: Tree) -> float | None:
     """Return the value of a tree of numbers alone; None where it has names."""
-    if set(names_in(tree)) - CONSTANTS.keys():
+    if set(names_in(tree)) - CONSTANTS.keys() or any(isinstance(one, Own) for one in nodes(tree)):
         return None
     return float(evaluate(tree, {}))

@@ -8,7 +8,8 @@
     product    := signed {("*" | "/") signed}
     signed     := ("+" | "-") signed | power
     power      := atom [("^" | "**") signed]
-    atom       := number | name | name "(" condition {"," condition} ")" | "(" condition ")"
+    atom       := number | name | call | name "." call | "(" condition ")"
+    call       := name "(" condition {"," condition} ")"
 
 Length, number of nodes and depth are limited, so that no text takes long or much memory.
 """
@@ -28,6 +29,7 @@ from plant_sim.equations.language.tree import (
     Negative,
     Number,
     Operation,
+    Own,
     Tree,
     is_condition,
 )
@@ -40,7 +42,7 @@ DEEPEST = 40
 """Levels of brackets, signs and powers inside each other."""
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|(?P<name>[^\W\d]\w*)"
-    r"|(?P<sign>\*\*|<=|>=|==|!=|[-+*/^()<>,]))"
+    r"|(?P<sign>\*\*|<=|>=|==|!=|[-+*/^()<>,.]))"
 )
 _COMPARISONS = ("<", "<=", ">", ">=", "==", "!=")
 NAME = re.compile(r"[^\W\d_]\w*\Z")
@@ -195,6 +197,8 @@ class _Reading:
             return self._made(Number(value))
         if token.kind == "name" and token.text not in WORDS:
             self._place += 1
+            if self._next.text == ".":
+                return self._own(token.text)
             return self._call(token.text) if self._next.text == "(" else self._made(Name(token.text))
         if self._take("("):
             self._deeper(1)
@@ -208,6 +212,21 @@ class _Reading:
     def _call(self, name: str) -> Tree:
         if name not in FUNCTIONS:
             raise ValueError(f'"{name}" is no function{nearest(name, FUNCTIONS)}')
+        return self._made(Call(name, _checked(name, self._arguments())))
+
+    def _own(self, function: str) -> Tree:
+        """Read the rest of a call of a function of the user's class."""
+        member, bracket = (
+            self._tokens[self._place + 1 :][:2] if len(self._tokens) > self._place + 2 else 2 * [self._next]
+        )
+        if member.kind != "name" or bracket.text != "(":
+            self._fail("an operator, or a call of a class such as rates.x(x, u),")
+        self._place += 2
+        arguments = tuple(_number(one) for one in self._arguments())
+        return self._made(Own(function, member.text, arguments))
+
+    def _arguments(self) -> list[Tree]:
+        """Read "(", conditions or numbers, ")"."""
         self._take("(")
         self._deeper(1)
         arguments = [] if self._next.text == ")" else [self.condition()]
@@ -216,7 +235,7 @@ class _Reading:
         self._deeper(-1)
         if not self._take(")"):
             self._fail("a comma or a closing bracket")
-        return self._made(Call(name, _checked(name, arguments)))
+        return arguments
 
 
 def _checked(name: str, arguments: list[Tree]) -> tuple[Tree, ...]:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
+
+from plant_sim.equations.language.block import Block
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +64,18 @@ class Logic:
     conditions: tuple[Tree, ...]
 
 
-Tree: TypeAlias = Number | Name | Negative | Operation | Call | Comparison | Logic
+@dataclass(frozen=True, slots=True)
+class Own:
+    """`function.member(arguments)`: a number that a compiled function of the user's class returns, of several."""
+
+    function: str
+    member: str
+    arguments: tuple[Tree, ...]
+    block: Block | None = None
+    """The function itself; None in a text that was not bound to a class yet."""
+
+
+Tree: TypeAlias = Number | Name | Negative | Operation | Call | Comparison | Logic | Own
 STRENGTH = {"or": 1, "and": 2, "not": 3, "compare": 4, "+": 5, "-": 5, "*": 6, "/": 6, "negative": 7, "^": 8}
 """How tightly operators hold; what is not listed holds most."""
 _ATOM = 9
@@ -78,7 +91,7 @@ def children(tree: Tree) -> tuple[Tree, ...]:
     match tree:
         case Operation() | Comparison():
             return (tree.left, tree.right)
-        case Call():
+        case Call() | Own():
             return tree.arguments
         case Logic():
             return tree.conditions
@@ -86,6 +99,13 @@ def children(tree: Tree) -> tuple[Tree, ...]:
             return (tree.of,)
         case _:
             return ()
+
+
+def nodes(tree: Tree) -> Iterator[Tree]:
+    """Return all nodes of `tree`."""
+    yield tree
+    for child in children(tree):
+        yield from nodes(child)
 
 
 def names_in(tree: Tree) -> Iterator[str]:
@@ -107,6 +127,8 @@ def _written(tree: Tree, around: int) -> str:
             return f"{tree.value:.15g}"
         case Name():
             return tree.name
+        case Own(function, member, arguments):
+            return f"{function}.{member}({', '.join(written(one) for one in arguments)})"
         case Call():
             return f"{tree.function}({', '.join(written(one) for one in tree.arguments)})"
         case Negative():
@@ -143,18 +165,24 @@ def substituted(tree: Tree, by: Mapping[str, Tree]) -> Tree:
     """Return `tree` with other trees in the places of names."""
     if not by:
         return tree
+    return rebuilt(tree, lambda one: by.get(one.name, one) if isinstance(one, Name) else one)
+
+
+def rebuilt(tree: Tree, change: Callable[[Tree], Tree]) -> Tree:
+    """Return `tree` with each node changed, those below it first."""
     match tree:
-        case Name(name):
-            return by.get(name, tree)
         case Negative(of):
-            return Negative(substituted(of, by))
+            made: Tree = Negative(rebuilt(of, change))
         case Operation(operator, left, right):
-            return Operation(operator, substituted(left, by), substituted(right, by))
+            made = Operation(operator, rebuilt(left, change), rebuilt(right, change))
         case Comparison(operator, left, right):
-            return Comparison(operator, substituted(left, by), substituted(right, by))
+            made = Comparison(operator, rebuilt(left, change), rebuilt(right, change))
         case Call(function, arguments):
-            return Call(function, tuple(substituted(one, by) for one in arguments))
+            made = Call(function, tuple(rebuilt(one, change) for one in arguments))
         case Logic(word, conditions):
-            return Logic(word, tuple(substituted(one, by) for one in conditions))
+            made = Logic(word, tuple(rebuilt(one, change) for one in conditions))
+        case Own(function, member, arguments, block):
+            made = Own(function, member, tuple(rebuilt(one, change) for one in arguments), block)
         case _:
-            return tree
+            made = tree
+    return change(made)

@@ -18,11 +18,13 @@ from plant_sim.equations.language.tree import (
     Negative,
     Number,
     Operation,
+    Own,
     Tree,
     terms_of,
     written,
 )
-from rtctl.border.quantities import unit_registry
+from rtctl.border.units.quantities import unit_registry
+from rtctl.border.units.unit_text import parsed_unit
 
 Unit: TypeAlias = Any  # of pint, whose types mypy takes for two; None: of the number 0
 PLAIN = "a plain number"
@@ -79,8 +81,8 @@ def unit_of(tree: Tree, scope: Mapping[str, Unit]) -> Unit:
             if one is None or other is None:
                 return None
             return one * other if operator == "*" else one / other
-        case Call():
-            return _of_call(tree, scope)
+        case Call() | Own():
+            return _of_call(tree, scope) if isinstance(tree, Call) else _of_own(tree, scope)
         case Comparison(_, left, right):
             _common([left, right], scope, written(tree))
             return unit_registry().dimensionless
@@ -122,6 +124,20 @@ def _power(tree: Tree, base: Tree, exponent: Tree, scope: Mapping[str, Unit]) ->
     if not abs(power) <= 100.0:
         raise ValueError(f'in "{written(tree)}" the exponent {power:g} is too large, at most 100')
     return under**power
+
+
+def _of_own(tree: Own, scope: Mapping[str, Unit]) -> Unit:
+    """Return the unit that the class declares, if its arguments are in those that it declares."""
+    block = tree.block
+    assert block is not None  # trees are bound to their class before units are asked
+    for argument, name, unit in zip(tree.arguments, block.arguments, block.argument_units, strict=True):
+        found = unit_of(argument, scope)
+        if not fits(found, parsed_unit(unit)):
+            raise ValueError(
+                f'in "{written(tree)}" the argument {name} "{written(argument)}" {stated(found)}, '
+                f"{named(parsed_unit(unit))} is needed"
+            )
+    return parsed_unit(block.member_units[block.members.index(tree.member)])
 
 
 def _of_call(tree: Call, scope: Mapping[str, Unit]) -> Unit:

@@ -9,8 +9,8 @@ from functools import lru_cache
 from plant_sim.equations.language.evaluation import evaluate
 from plant_sim.equations.reading import start_values
 from plant_sim.equations.system import State, System
-from rtctl.border.quantities import unit_registry
-from rtctl.border.unit_text import parsed_unit
+from rtctl.border.units.quantities import unit_registry
+from rtctl.border.units.unit_text import parsed_unit
 
 
 class Names:

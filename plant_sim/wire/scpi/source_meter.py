@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from plant_sim.device import SimulatedDevice
 from rtctl.border.errors import InputError
-from rtctl.border.quantities import convert
+from rtctl.border.units.quantities import convert
 
 INFINITE, NO_NUMBER = 9.9e37, 9.91e37
 """Values of SCPI-99 for a reading beyond its range, and for none."""

@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 from rtctl.api.first_look.preview import Preview, preview_with
 from rtctl.api.inputs import PathText, path_of
+from rtctl.api.model import read_model
 from rtctl.border.errors import InputError
 from rtctl.measured.dataset import Dataset
 from rtctl.measured.proposal.grouped import by_groups
 from rtctl.measured.proposal.manifest_text import manifest_text
 from rtctl.measured.proposal.own_equations.signals import read_model_signals
-from rtctl.measured.proposal.proposal import Answers, Proposal, SignalGuess
+from rtctl.measured.proposal.proposal import Answers, ModelSignals, Proposal, SignalGuess
 from rtctl.measured.proposal.propose import propose, refuse_open
 from rtctl.measured.proposal.survey import survey_files
 from rtctl.measured.reading import read_dataset
@@ -148,7 +149,7 @@ def init(  # noqa: PLR0913
     answers = Answers(
         plant=plant, inputs=_texts(inputs), outputs=_texts(outputs), scales=_texts(scales), time=time,
         sample_rate_hz=sample_rate_hz, hold=hold, test=test, name=name,
-        model=None if model is None else read_model_signals(path_of("model", model)),
+        model=None if model is None else signals_of_model(path_of("model", model)),
     )  # fmt: skip
     paths = paths_of(files)
     surveys = by_groups(survey_files(paths), answers)
@@ -156,6 +157,14 @@ def init(  # noqa: PLR0913
     proposal = propose(surveys, answers)
     refuse_open(proposal, [str(path) for path in paths])
     return write_proposal(proposal, folder, plot=plot)
+
+
+def signals_of_model(path: Path) -> ModelSignals:
+    """Return what a model file says of a dataset for it. Raises InputError also for an error in its equations."""
+    found = read_model_signals(path)
+    if found.outputs:
+        read_model(path)
+    return found
 
 
 def paths_of(files: PathText | Sequence[PathText]) -> list[Path]:
@@ -184,6 +193,8 @@ def write_proposal(proposal: Proposal, folder: Path, *, plot: bool = True) -> In
     Raises:
         InputError: The manifest would be refused by `read_dataset`; the message is that of reading.
     """
+    if proposal.model is not None and proposal.kind.free_signals:
+        read_model(proposal.model)  # also of a model that a dialogue asked for: identify would refuse it
     path = folder / MANIFEST
     made = not folder.exists()
     try:

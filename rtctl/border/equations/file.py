@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, model_validator
 
 from rtctl.border.model_file import MechanismTable, Value, check_each_once
-from rtctl.border.quantities import Checked
+from rtctl.border.units.quantities import Checked
 
 KIND = "equations"
 
@@ -101,6 +101,8 @@ class EquationsTable(Checked):
     """Table [model]."""
 
     kind: str
+    python: str = ""
+    """"module:Class" of a device whose functions the expressions call; "" where there is none."""
     inputs: dict[str, InputTable] = Field(default_factory=dict)
     states: dict[str, StateTable]
     outputs: dict[str, OutputTable]

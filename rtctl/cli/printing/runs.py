@@ -6,8 +6,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from rtctl.api.recordings import Replayed
+from rtctl.api.runs.recordings import Replayed
 from rtctl.evaluation.summary import verdict_in_words
+from rtctl.export.c.proof.comparison import Proof
 from rtctl.output.readable_units import readable
 from rtctl.output.tables import print_table
 
@@ -151,3 +152,24 @@ def print_replay(replayed: Replayed) -> None:
     )
     for name, rows in replayed.differing.items():
         print(f"  {name}: {rows} samples differ")
+
+
+def print_proof(proof: Proof) -> None:
+    """Print on which machines an exported loop computed a run to the bit, and what single precision costs."""
+    rows = [
+        [
+            one.machine,
+            one.precision,
+            one.skipped or ("to the bit" if not one.differing else f"{one.differing} differ"),
+        ]
+        for one in proof.computed
+    ]
+    print_table(f"{proof.rows} samples", ["machine", "precision", "as Python computes it"], rows)
+    for one in proof.computed:
+        if one.first:
+            print(f"{one.machine}, {one.precision}: first {one.first}")
+    estimate, command = proof.deviations["estimate"], proof.deviations["command"]
+    print(
+        f"single precision: the estimate is off by {readable(estimate['max_um'], 'um', 2)} at most, "
+        f"{estimate['max_percent']:.2g} % of the range; the command by {readable(command['max_mA'], 'mA', 2)} at most"
+    )

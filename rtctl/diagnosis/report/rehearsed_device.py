@@ -7,7 +7,7 @@ from pathlib import Path
 import tomli_w
 
 from rtctl.border.errors import InputError, NoStreamError
-from rtctl.border.quantities import read_toml
+from rtctl.border.units.quantities import read_toml
 from rtctl.output.atomic_write import replacing
 from rtctl.registry import plant_kind
 

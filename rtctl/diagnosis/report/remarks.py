@@ -27,6 +27,12 @@ FAILED_TEST = (
     "would give such a result with a probability of p {})"
 )
 
+INPUT_NOISE = (
+    "the recorded {name} holds noise of {rms:.2g} {unit} (RMS) or more that the device did not feel but the simulation "
+    "answers: {left:.0%} of the residual (RMS). Nothing of the device is wrong there; a quieter reading of the {name}, "
+    "or the command as input, would leave less"
+)
+
 
 def remark(
     verified: Verified,
@@ -52,8 +58,14 @@ def remark(
         notes.append(_describe_remainder(search.chosen, problem.thresholds.residual.least_located_share))
     if verdict.names_causes and gain is not None and gain.ratio < 1.0:
         notes.append(NO_GAIN.format(gain.output, 1.0 / gain.ratio))
+    told = search.chosen if verdict.names_causes else search.nominal
+    if told.input_noise is not None:
+        drive, found = problem.subject.drive, told.input_noise
+        notes.append(
+            INPUT_NOISE.format(name=drive, rms=found.share * found.rms, unit=units[drive], left=found.left)
+        )
     if not verdict.leaves_gap:
-        residuals = simulation_errors(search.chosen if verdict.names_causes else search.nominal, problem)
+        residuals = simulation_errors(told, problem)
         return [*notes, *describe_bursts(residuals, problem), *describe_tones(residuals, problem, units)]
     response = problem.subject.describe_response(search.nominal.hypothesis.simulation)
     notes += [response] if response else []

@@ -14,6 +14,7 @@ from typing import NamedTuple
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.directions import Direction
+from rtctl.diagnosis.residual.input_noise import InputNoise, find_input_noise
 from rtctl.diagnosis.residual.projection import Projected
 from rtctl.diagnosis.residual.testing import (
     ResidualAnalysis,
@@ -48,6 +49,8 @@ class TestedHypothesis(NamedTuple):
     noise: tuple[NoiseModel, ...]
     """Noise model of each output."""
     tests: tuple[ResidualTest, ...]
+    input_noise: InputNoise | None = None
+    """Noise of the recorded input that is in the residual and that the tests do without."""
 
     @property
     def p_value(self) -> float:
@@ -70,14 +73,22 @@ def run_residual_tests(
         ArithmeticError: if the optimum is at the edge of divergence.
     """
     analysis = analyse_residual(hypothesis, problem, ids, noise)
-    tests = run_score_tests(analysis)
+    tests, input_noise = run_score_tests(analysis), None
+    doubted = problem.thresholds.residual.robust_below_p
+    if noise is None and not problem.allowed and min(one.p_value for one in tests) < doubted:
+        found = find_input_noise(analysis)
+        if found is not None:
+            analysis, input_noise = found
+            tests = run_score_tests(analysis)
     if noise is None and problem.subject.growth_is_misfit and not analysis.is_quantized:
         tests.append(run_growth_test(analysis))
     if not problem.allowed and not analysis.is_quantized and (repeats := run_repeats_test(analysis)):
         tests.append(repeats)
     if is_numerical(hypothesis, problem):
         tests = [test._replace(p_value=1.0) for test in tests]
-    return TestedHypothesis(hypothesis, analysis.directions, analysis.projected, analysis.noise, tuple(tests))
+    return TestedHypothesis(
+        hypothesis, analysis.directions, analysis.projected, analysis.noise, tuple(tests), input_noise
+    )
 
 
 def is_numerical(hypothesis: Hypothesis, problem: Problem) -> bool:

@@ -57,6 +57,13 @@ class ResidualThresholds:
     most_leverage: float = 0.9
     """Leverage that is corrected for at most: a sample that one direction follows alone says nothing of its noise."""
 
+    # Noise of a recorded input that the device did not feel
+    input_noise_shares: tuple[float, float] = (0.3, 1.5)
+    """Shares of the noise at the recorded input's floor between which what the device did not feel may lie. All of it
+    is 1; the separation is not exact, and a source's own noise is felt."""
+    least_input_noise: float = 16.0
+    """Squares of the whitened residual that its response must take: four standard errors."""
+
     # Growth of the residual with the motion
     growth_block_periods: float = 2.0
     """Length of a block [periods of the motion] in which variance and amplitude are compared."""

@@ -12,7 +12,8 @@ neighbouring columns are similar. Reference: L. Portugal, J. Judice, L. Vicente,
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve, solve_triangular
+from numpy.typing import NDArray
+from scipy.linalg import lapack, solve_triangular
 from scipy.optimize import nnls
 
 from rtctl.border.arrays import FloatArray
@@ -43,7 +44,7 @@ def nonnegative_least_squares(
     for _ in range(MAX_FACTORISATIONS):
         x = np.zeros(len(right))
         if free.any():
-            x[free] = cho_solve(cho_factor(gram[np.ix_(free, free)]), right[free])
+            x[free] = lapack.dpotrs(factor_among(gram, free), right[free], lower=1)[0]
         gradient = gram @ x - right
         wrong = free & (x < -RELATIVE_ROUND_OFF * np.abs(x).max(initial=0.0))
         wrong |= ~free & (gradient < -RELATIVE_ROUND_OFF * np.abs(right).max(initial=0.0))
@@ -59,4 +60,20 @@ def nonnegative_least_squares(
         free ^= wrong
     lower = np.linalg.cholesky(gram)
     found: FloatArray = nnls(lower.T, solve_triangular(lower, right, lower=True))[0]
+    return found
+
+
+def factor_among(gram: FloatArray, free: NDArray[np.bool_]) -> FloatArray:
+    """Return the Cholesky factor of the rows and columns of `gram` (n, n) that are `free` (n,), in its lower triangle.
+
+    It is for LAPACK alone: what stands above the diagonal has no meaning, and nothing is checked or copied twice.
+
+    Raises:
+        numpy.linalg.LinAlgError: That part is not positive definite.
+    """
+    part = gram[np.ix_(free, free)]
+    factor, failed = lapack.dpotrf(part.T, lower=1, clean=0, overwrite_a=1)
+    if failed:
+        raise np.linalg.LinAlgError(f"the leading minor of order {failed} is not positive definite")
+    found: FloatArray = factor
     return found

@@ -163,7 +163,7 @@ def refit_loop(coarse: LoopResolution, records: Sequence[Samples]) -> PreisachMo
                 min(nodes[0], float(v[scored].min())),
                 max(nodes[-1], float(v[scored].max())),
             )
-            model = fit_preisach(v, y, scored, nodes=nodes, sign=coarse.given.sign).model
+            model = fit_preisach(v, y, scored, nodes=nodes, near=model, sign=coarse.given.sign).model
     return model
 
 
@@ -244,7 +244,7 @@ def _compare_with_finer(given: _GivenReadOut) -> LoopResolution:
 
 
 def _fit_on_nodes(staircases: Samples, read: PreisachModel, nodes: FloatArray) -> PreisachFit:
-    return fit_preisach(*staircases, nodes=nodes, sign=read.sign)
+    return fit_preisach(*staircases, nodes=nodes, near=read, sign=read.sign)
 
 
 def _count_cells(read: PreisachModel) -> int:

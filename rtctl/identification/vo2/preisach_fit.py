@@ -17,12 +17,12 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import lapack
 
 from rtctl.border.arrays import FloatArray
 from rtctl.hysteresis.preisach.corners import CornerRows, corner_rows
 from rtctl.hysteresis.preisach.model import PreisachModel
-from rtctl.identification.least_squares.nonnegative import nonnegative_least_squares
+from rtctl.identification.least_squares.nonnegative import factor_among, nonnegative_least_squares
 
 SMOOTHNESS = (1e-1, 1e-2, 1e-3, 1e-4)
 """Values of lambda that are tried, relative to the mean square of the regressors."""
@@ -72,7 +72,7 @@ def choose_grid(
     return np.interp(np.linspace(0.0, cumulative[-1], cells + 1), cumulative, bins)
 
 
-# nine parameters because the data are three arrays and the six options are independent, with defaults
+# ten parameters because the data are three arrays and the seven options are independent, with defaults
 def fit_preisach(  # noqa: PLR0913
     v: FloatArray,
     y: FloatArray,
@@ -80,6 +80,7 @@ def fit_preisach(  # noqa: PLR0913
     *,
     cells: int = 0,
     nodes: FloatArray | None = None,
+    near: PreisachModel | None = None,
     smoothness: float | None = None,
     uniform_share: float = 0.6,
     sign: float = 1.0,
@@ -93,6 +94,7 @@ def fit_preisach(  # noqa: PLR0913
         scored: (n,) false for reset samples.
         cells: Number of cells of the grid that `choose_grid` makes where `nodes` is None.
         nodes: (cells + 1,) grid.
+        near: Model whose empty cells are the first guess of the empty ones; it changes the time, not the fit.
         smoothness: lambda; None: by generalised cross-validation.
         uniform_share: Share of uniform cells of the chosen grid.
         sign: -1 for an output that falls.
@@ -105,7 +107,8 @@ def fit_preisach(  # noqa: PLR0913
     columns = [np.ones_like(inputs)] + [inputs**k for k, used in zip((1, 2), memoryless, strict=True) if used]
     free = np.stack(columns, axis=1)
     basis, triangle = np.linalg.qr(free)
-    masses = _fit_masses(rows, basis, target, build_roughness(nodes), smoothness)
+    start = None if near is None else _masses_at(near, nodes)
+    masses = _fit_masses(rows, basis, target, build_roughness(nodes), smoothness, start)
     left = target - rows.of(masses)
     free_values = np.linalg.solve(triangle, basis.T @ left)
     residual = sign * (left - free @ free_values)
@@ -117,9 +120,21 @@ def fit_preisach(  # noqa: PLR0913
     return PreisachFit(model, residual)
 
 
-def _fit_masses(
-    rows: CornerRows, basis: FloatArray, target: FloatArray, rough: FloatArray, smoothness: float | None
-) -> FloatArray:
+def _masses_at(model: PreisachModel, nodes: FloatArray) -> FloatArray:
+    """Return the masses of `model` in the cells in which the middles of the cells of the grid `nodes` lie."""
+    middles = 0.5 * (nodes[1:] + nodes[:-1])
+    cells = np.clip(np.searchsorted(model.grid, middles) - 1, 0, len(model.grid) - 2)
+    upper, lower = np.tril_indices(len(middles))
+    i, j = cells[upper], cells[lower]
+    found: FloatArray = model.mu[i * (i + 1) // 2 + j]
+    return found
+
+
+# six parameters because the fit is one of rows to a target, beside a basis, smooth to a degree, from a start
+def _fit_masses(  # noqa: PLR0913
+    rows: CornerRows, basis: FloatArray, target: FloatArray, rough: FloatArray, smoothness: float | None,
+    start: FloatArray | None,
+) -> FloatArray:  # fmt: skip
     """Return the masses of the cells beside what the orthonormal columns of `basis` (samples, m) explain."""
 
     def less(series: FloatArray) -> FloatArray:
@@ -136,7 +151,7 @@ def _fit_masses(
     for weight in SMOOTHNESS if smoothness is None else (smoothness,):
         regular = gram + (scale * weight) * rough
         regular[np.diag_indices(len(gram))] += scale * RIDGE
-        found = nonnegative_least_squares(regular, right, masses)
+        found = nonnegative_least_squares(regular, right, start if masses is None else masses)
         if smoothness is not None:
             return found
         error = _predict_error(gram, regular, found, remaining - less(rows.of(found)), basis.shape[1])
@@ -157,9 +172,15 @@ def _predict_error(
     free, count = masses > 0.0, len(residual)
     freedom = float(fitted)
     if free.any():
-        among = np.ix_(free, free)
-        freedom += float(np.trace(cho_solve(cho_factor(regular[among]), gram[among])))
+        freedom += _trace_of_solution(factor_among(regular, free), gram[np.ix_(free, free)])
     return float(np.sqrt(count) * np.linalg.norm(residual) / (count - freedom)) if count > freedom else np.inf
+
+
+def _trace_of_solution(factor: FloatArray, right: FloatArray) -> float:
+    """Return trace(A^-1 B) of symmetric A (n, n), given its Cholesky factor, and B (n, n): no solution is needed."""
+    inverse = lapack.dpotri(factor, lower=1, overwrite_c=1)[0]  # its lower triangle
+    below = np.tril_indices(len(right), -1)
+    return float(np.diagonal(inverse) @ np.diagonal(right) + 2.0 * (inverse[below] @ right[below]))
 
 
 def build_roughness(nodes: FloatArray) -> FloatArray:

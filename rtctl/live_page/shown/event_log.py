@@ -60,4 +60,7 @@ class EventLog:
             return f"{event.values.get('fault', '')}: {event.values.get('message', '')}"
         if event.kind == "change":
             return str(event.values.get("message", event.values.get("name", "")))
+        if event.kind == "doubt":
+            done = event.values.get("done", "")
+            return f"{event.values.get('kind', '')}: {event.values.get('message', '')}{'; ' if done else ''}{done}"
         return {"start": "loop started", "rearmed": "device armed again"}.get(event.kind, event.kind)

@@ -33,10 +33,9 @@ Decided = tuple[float, float, float, float, float]
 @kernel
 def pi_within_limits(
     control: FloatArray,
-    forward: FloatArray,
+    feedforward: float,
     value: float,
     setpoint: float,
-    upcoming: float,
     level: float,
     elapsed_s: float,
 ) -> Decided:
@@ -44,10 +43,9 @@ def pi_within_limits(
 
     Args:
         control: integral, error, gains, deadband and limits, advanced in place.
-        forward: the feedforward's memory, advanced in place; empty: there is none.
+        feedforward: the feedforward's command [mA]; 0: there is none.
         value: the estimate [um].
         setpoint: the setpoint of this sample [um].
-        upcoming: the setpoint that the next command aims at [um].
         level: the level that was commanded last [mA].
         elapsed_s: time since the reading before [s].
 
@@ -58,7 +56,6 @@ def pi_within_limits(
     error, proportional, integral = pi_step(
         control[INTEGRAL], setpoint - value, elapsed_s, control[KP], control[KI], control[DEADBAND]
     )
-    feedforward = packed_inverse_step(forward, upcoming, elapsed_s) if forward.size > 0 else 0.0
     asked = proportional + integral + feedforward
     control[ERROR], control[INTEGRAL] = error, integral
     if not math.isfinite(asked):
@@ -99,8 +96,9 @@ def observer_pi_step(  # noqa: PLR0913
         What `packed_observer_step` returns, then what `pi_within_limits` returns.
     """
     value, surrogate, error, status = packed_observer_step(memory, believed, sensed, elapsed_s)
+    term = packed_inverse_step(forward, upcoming, elapsed_s) if forward.size > 0 else 0.0
     allowed, asked, proportional, integral, feedforward = pi_within_limits(
-        control, forward, value, setpoint, upcoming, level, elapsed_s
+        control, term, value, setpoint, level, elapsed_s
     )
     return value, surrogate, error, status, allowed, asked, proportional, integral, feedforward
 

@@ -20,12 +20,15 @@ _EPOCHS = ((1e17, "ns"), (1e14, "us"), (1e11, "ms"))
 """Sizes from which a number is an instant since 1970 in this unit; in a larger one it would be past the year 5000."""
 _LARGE, _EXACT = 1e8, 2.0**53
 """Sizes from which stamps are counted from the first one, and from which floating point does not hold integers."""
-_CLOCK = re.compile(r"\s*(\d{1,2}):(\d{2}):(\d{2}(?:[.,]\d+)?)\s*$")
+_CLOCK = re.compile(r"\s*(\d{1,2}):(\d{2}):(\d{2}(?:[.,:]\d+)?)\s*(?:([AP])\.?M\.?)?\s*$", re.IGNORECASE)
+"""Time of day; loggers also write its thousandths after a colon, and hours to 12 with AM or PM."""
 _DATE = re.compile(
     r"\s*(?P<left>\d{1,4})(?P<sign>[-./])(?P<middle>\d{1,2})(?P=sign)(?P<right>\d{1,4})[T ]\s*"
-    r"(?P<clock>\d{2}:\d{2}:\d{2}(?:[.,]\d+)?(?:Z|[+-]\d{2}:?\d{2})?)\s*$"
+    r"(?P<clock>\d{1,2}:\d{2}:\d{2}(?:[.,:]\d+)?(?:\s*[AP]\.?M\.?)?)(?P<zone>Z|[+-]\d{2}:?\d{2})?\s*$",
+    re.IGNORECASE,
 )
 _DAY_S = 86_400.0
+_MONTHS, _HALF_DAY_H = 12, 12
 _COARSEST_POWER, _FINEST_POWER = 3, -13
 
 
@@ -169,36 +172,56 @@ def _of_dates(dates: NDArray[Any], name: str, first_row: int) -> TimeColumn:
 def _as_iso(words: list[str]) -> list[str]:
     """Return dates with points, slashes and decimal commas as ISO 8601 has them; texts of other forms stay.
 
-    Of 03/04/2026 nobody knows the month; where the date is the same throughout, it does not matter.
+    Of 03/04/2026 nobody knows the month, unless some row has a number above 12; where the date is the same throughout,
+    it does not matter.
     """
     found = [_DATE.match(word) for word in words]
     dates = {(one["left"], one["middle"], one["right"]) for one in found if one}
     if not words or not all(found) or not dates:
         return words
-    day_first = all(one and one["sign"] == "." for one in found)
-    year_first = all(len(left) == 4 for left, _, _ in dates)
-    if not (day_first or year_first or len(dates) == 1):
+    if all(len(left) == 4 for left, _, _ in dates):
+        order = "year"
+    elif all(one and one["sign"] == "." for one in found) or any(int(left) > _MONTHS for left, _, _ in dates):
+        order = "day"
+    elif any(int(middle) > _MONTHS for _, middle, _ in dates):
+        order = "month"
+    elif len(dates) == 1:
+        order = "any"
+    else:
         return words
-    return [_iso(one, year_first=year_first, day_first=day_first) for one in found if one]
+    return [_iso(one, order) for one in found if one]
 
 
-def _iso(found: re.Match[str], *, year_first: bool, day_first: bool) -> str:
+def _iso(found: re.Match[str], order: str) -> str:
+    """Return a date whose first part is the `order`; of "any" only the time of day counts."""
     left, middle, right = found["left"], found["middle"], found["right"]
-    date = f"{left}-{middle:0>2}-{right:0>2}" if year_first else f"{right}-{middle:0>2}-{left:0>2}"
-    if not (year_first or day_first):
-        date = "2000-01-01"  # any: of stamps only differences are used
-    return f"{date}T{found['clock'].replace(',', '.')}"
+    dates = {
+        "year": f"{left}-{middle:0>2}-{right:0>2}",
+        "day": f"{right}-{middle:0>2}-{left:0>2}",
+        "month": f"{right}-{left:0>2}-{middle:0>2}",
+        "any": "2000-01-01",
+    }
+    hours, minutes, seconds_text = _time_of_day(found["clock"])
+    return f"{dates[order]}T{hours:02d}:{minutes:02d}:{seconds_text}{found['zone'] or ''}"
+
+
+def _time_of_day(clock: str) -> tuple[int, int, str]:
+    """Return hours, minutes and the text of the seconds of a time that `_CLOCK` matches."""
+    found = _CLOCK.match(clock)
+    assert found is not None
+    hours = int(found[1])
+    if found[4]:
+        hours = hours % _HALF_DAY_H + (_HALF_DAY_H if found[4].upper() == "P" else 0)
+    return hours, int(found[2]), re.sub("[,:]", ".", found[3])
 
 
 def _instants_of_text(texts: NDArray[Any], name: str, first_row: int) -> NDArray[Any]:
     """Return dates (ISO 8601) as datetime64[ns], or times of day as timedelta64[ns]. Raises ValueError in words."""
     words = [str(text.decode("latin-1") if isinstance(text, bytes) else text) for text in texts.reshape(-1)]
     words = _as_iso(words)
-    clock = [_CLOCK.match(word) for word in words]
-    if words and all(clock):
-        of_day = np.array(
-            [3600 * int(one[1]) + 60 * int(one[2]) + float(one[3].replace(",", ".")) for one in clock if one]
-        )
+    if words and all(_CLOCK.match(word) for word in words):
+        clock = [_time_of_day(word) for word in words]
+        of_day = np.array([3600 * hours + 60 * minutes + float(rest) for hours, minutes, rest in clock])
         of_day += _DAY_S * np.cumsum(np.diff(of_day, prepend=of_day[0]) < -0.5 * _DAY_S)  # over midnight
         return np.rint(1e9 * of_day).astype("timedelta64[ns]")
     for kind in (pa.timestamp("ns"), pa.timestamp("ns", tz="UTC")):

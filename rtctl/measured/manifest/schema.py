@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, get_args
 from pydantic import BeforeValidator, Field, model_validator
 
 from rtctl.border.errors import InputError, nearest
-from rtctl.border.quantities import Checked, check, read_toml
+from rtctl.border.units.quantities import Checked, check, read_toml
 from rtctl.measured.manifest.signal_kinds import measured_kinds, signal_findings
 from rtctl.measured.units import check_unit
 

@@ -36,6 +36,8 @@ class Roles:
     opens: list[Open] = field(default_factory=list)
     unsure: list[str] = field(default_factory=list)
     left_out: dict[str, str] = field(default_factory=dict)
+    suggested: list[str] = field(default_factory=list)
+    """Columns that an example has as the input; no example has one twice."""
 
     def is_free(self, column: str) -> bool:
         """Return whether no signal has the column."""
@@ -93,11 +95,12 @@ def _choose_input(
         )
         return
     names = ", ".join(f'"{one.name}"' for one in contenders)
-    text = (
-        f"several columns may be the {signal}: {names}"
-        if contenders
-        else f"no column looks like the {signal}"
-    )
+    text = f"no column looks like the {signal}"
+    if contenders:
+        text = f"several columns may be the {signal}: {names}"
+        roles.suggested.append(contenders[0].name)
+    if len(contenders) == 1:
+        text = f"only column {names} may be the {signal}, and neither its name nor its unit says so"
     roles.opens.append(Open(signal, text, "--input COLUMN[:UNIT]", _example("--input", "", contenders)))
 
 
@@ -164,6 +167,8 @@ def _require_responses(
             )
     if responses and not has_response and not any(one.key in responses for one in kept):
         free = [one for one in candidates.values() if roles.is_free(one.name) and not one.is_no_signal]
+        others = [one for one in free if one.name not in roles.suggested]
+        free = free if len(free) > 1 else others
         names = (
             ", ".join(f'"{one.name}"' for one in free) or "no column of numbers is left that may be a motion"
         )
@@ -171,7 +176,7 @@ def _require_responses(
             f"which motion was measured ({', '.join(responses)}), and in which column, does not show: {names}"
         )
         option = f"--output {responses[0]}=COLUMN[:UNIT]; where no motion was measured: {OTHER_PLANT}"
-        example = _example("--output", f"{responses[0]}=", free) or OTHER_PLANT
+        example = _example("--output", f"{responses[0]}=", others) or OTHER_PLANT
         roles.opens.append(Open("response", text, option, example))
 
 

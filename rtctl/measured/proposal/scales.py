@@ -10,7 +10,7 @@ from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
 from rtctl.border.errors import InputError, nearest
-from rtctl.border.quantities import QUANTITY, convert
+from rtctl.border.units.quantities import QUANTITY, convert
 from rtctl.measured.proposal.naming.column_units import given_unit, quantity_of
 from rtctl.measured.units import check_unit, is_proportional, is_unit
 

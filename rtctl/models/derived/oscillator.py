@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from rtctl.border.mechanisms import plain_unit
 from rtctl.border.model_file import ModelFile, Value
-from rtctl.border.quantities import convert
+from rtctl.border.units.quantities import convert
 from rtctl.models.derived.quantity import Derived, Estimated, derive
 from rtctl.models.derived.wells import barrier_of, stiffness_at, well_of
 

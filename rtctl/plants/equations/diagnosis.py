@@ -12,9 +12,9 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.equations.file import EquationsFile
 from rtctl.border.mechanisms import Scales
 from rtctl.border.model_file import Value
-from rtctl.border.quantities import check, read_toml
 from rtctl.border.simulation import Prediction, Simulation, Stimulus
 from rtctl.border.statistics import NORMAL_95
+from rtctl.border.units.quantities import check, read_toml
 from rtctl.diagnosis.problem.estimate import Estimate
 from rtctl.diagnosis.problem.finite_differences import differentiate
 from rtctl.diagnosis.problem.subject import (

@@ -17,6 +17,9 @@ EQUATIONS = PlantKind(
         read="plant_sim.equations.reading:read_equations",
         write="rtctl.models.equations:write_equations_model",
         simulation="plant_sim.equations.model:equations_simulation",
+        dynamics="plant_sim.equations.exported.dynamics:equations_dynamics",
+        matlab_function="plant_sim.equations.exported.matlab:equations_function",
+        c_plant="plant_sim.equations.c_source.plant:equations_plant",
         is_device=True,
     ),
     identification=Identification(

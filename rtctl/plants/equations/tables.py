@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
-from rtctl.border.quantities import Checked, parse_quantity
+from rtctl.border.units.quantities import Checked, parse_quantity
 
 
 def _gain(over: str) -> BeforeValidator:

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from rtctl.border.quantities import Checked, Quantity
+from rtctl.border.units.quantities import Checked, Quantity
 
 
 class AgcPllTable(Checked):

@@ -37,6 +37,8 @@ OSCILLATOR = PlantKind(
         mechanisms="plant_sim.oscillator.mechanisms:MECHANISMS",
         mechanism_type="plant_sim.oscillator.mechanism:OscillatorMechanism",
         is_device=True,
+        dynamics="plant_sim.oscillator.dynamics:oscillator_dynamics",
+        c_plant="plant_sim.oscillator.c_source.plant:oscillator_plant",
         forced="plant_sim.oscillator.forced:forced_model",
     ),
     identification=Identification(

@@ -18,6 +18,8 @@ VO2 = PlantKind(
         simulation="rtctl.simulations.vo2:vo2_simulation",
         mechanisms="rtctl.simulations.vo2:MECHANISMS",
         mechanism_type="rtctl.simulations.vo2.mechanism:Vo2Mechanism",
+        dynamics="rtctl.simulations.vo2.branch:vo2_dynamics",
+        c_plant="rtctl.simulations.vo2.c_source.plant:vo2_plant",
     ),
     control=Control(support="rtctl.plants.vo2.control:Vo2Support"),
     identification=Identification(
@@ -26,6 +28,7 @@ VO2 = PlantKind(
         option_names={"starts": "starts", "seed": "seed", "plays": "plays", "cells": "fine_cells"},
         excitation="acquire_vo2",
     ),
+    belief="rtctl.plants.vo2.free_run:Vo2Belief",
     diagnosis="rtctl.plants.vo2.diagnosis:SUBJECTS",
     device_file="plant_sim.vo2:load_plant",
     defaults=Defaults(

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from rtctl.border.quantities import Checked, Quantity
+from rtctl.border.units.quantities import Checked, Quantity
 from rtctl.signals.levels import Level, LevelOf
 
 

@@ -18,7 +18,7 @@ import tomli_w
 from threadpoolctl import threadpool_limits
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.quantities import read_toml
+from rtctl.border.units.quantities import read_toml
 from rtctl.models.vo2 import Vo2Model, read_model
 from rtctl.plants.vo2.control import build_controller, controllable
 from rtctl.reproduce.study import Run

@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 
 from rtctl.border.errors import InputError, RunError, nearest
 from rtctl.border.mechanisms import plain_unit
-from rtctl.border.quantities import parse_quantity
+from rtctl.border.units.quantities import parse_quantity
 from rtctl.loop.live_parameters import SETPOINT, STOP, Change, ParameterChannel, units_of_parameters
 from rtctl.output.readable_units import readable
 from rtctl.recording.layout import read_header

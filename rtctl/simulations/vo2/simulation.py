@@ -117,6 +117,10 @@ class Vo2Simulation:
         more = [one for mechanism in added for one in neutral_parameters(mechanism)]
         return replace(self, parameters=(*self.parameters, *more), mechanisms=(*self.mechanisms, *added))
 
+    def acting(self) -> tuple[Vo2Mechanism, ...]:
+        """Return the mechanisms that the model's own values have away from neutral."""
+        return tuple(self._active(np.array([one.value for one in self.parameters])))
+
     def _sharing_a_temperature(
         self, values: FloatArray, period_s: float, steps: float, refine: int
     ) -> list[list[int]]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 
-from .systems import HiddenSystem
+from .system import HiddenSystem
 
 
 @dataclass(kw_only=True)
@@ -144,4 +144,4 @@ def effects(system: HiddenSystem) -> Mapping[str, Make]:
             f"state.{name}.limit": _limit(k),
             f"state.{name}.slow": _slow(k),
         }
-    return found
+    return {name: make for name, make in found.items() if name not in system.follows}

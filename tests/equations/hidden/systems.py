@@ -1,43 +1,13 @@
-"""Systems whose equations are written here again, with places where an effect may act: no code of the program."""
+"""Shipped models whose equations are written here again: no code of the program."""
 
 from __future__ import annotations
-
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
 
-MODELS = Path(__file__).resolve().parents[3] / "scenarios" / "models" / "equations"
-Values = Mapping[str, float | FloatArray]
-
-
-@dataclass(frozen=True, kw_only=True)
-class HiddenSystem:
-    """A system: x (states, records), u (records,), all in the units of its model file unless SI is said."""
-
-    model: str
-    rates: Callable[[FloatArray, FloatArray, Values], list[FloatArray]]
-    output: Callable[[FloatArray, FloatArray, Values], FloatArray]
-    parameters: dict[str, float]
-    start: tuple[float, ...]
-    period_s: float
-    input: tuple[str, str, float, float]
-    """Name, unit, mean and largest departure from it."""
-    reading: tuple[str, str]
-    states: tuple[str, ...]
-    hold_samples: int
-    """Samples for which the shortest level of the input is held."""
-    references: tuple[float, ...]
-    """Values from which the states are counted."""
-    linear_in: tuple[str, ...] = ()
-    """Effects that the parameters of the model follow, so that they are none."""
-
-    @property
-    def path(self) -> Path:
-        return MODELS / f"{self.model}.toml"
+from .system import HiddenSystem, Values
+from .unseen import UNSEEN
 
 
 def tanks(x: FloatArray, u: FloatArray, p: Values) -> list[FloatArray]:
@@ -83,6 +53,7 @@ SYSTEMS: dict[str, HiddenSystem] = {
         model="cascaded_tanks", rates=tanks, output=lambda x, u, p: p["sensitivity"] * x[1],
         parameters={"k1": 0.05, "k2": 0.05, "k3": 0.05, "k4": 0.05, "outlet": 0.002, "overflow": 0.1, "share": 0.3,
                     "rim": 10.0, "sensitivity": 1.0},
+        known=("rim", "sensitivity"),
         start=(5.0, 5.0), period_s=4.0, input=("u", "V", 2.3, 1.0), reading=("y", "V"), states=("x1", "x2"),
         hold_samples=10, references=(0.0, 0.0),
     ),
@@ -96,6 +67,7 @@ SYSTEMS: dict[str, HiddenSystem] = {
         model="dc_motor", rates=motor, output=lambda x, u, p: x[1] * 30.0 / np.pi,
         parameters={"resistance": 2.0, "inductance": 2.0, "k": 0.05, "inertia": 2e-4, "sliding": 0.01, "excess": 0.01,
                     "film": 5.0, "viscous": 1e-4, "slow": 1.0},
+        known=("slow",),
         start=(0.0, 0.0), period_s=0.005, input=("voltage", "V", 0.0, 6.0), reading=("rpm", "rpm"),
         states=("current", "speed"), hold_samples=12, references=(0.0, 0.0),
     ),
@@ -103,9 +75,10 @@ SYSTEMS: dict[str, HiddenSystem] = {
         model="heated_body", rates=body, output=lambda x, u, p: x[1],
         parameters={"exchange": 0.5, "capacity_inside": 20.0, "capacity_outside": 80.0, "convection": 0.1,
                     "radiation": 1e-9, "room": 293.15},
+        known=("room",),
         start=(293.15, 293.15), period_s=10.0, input=("power", "W", 12.0, 12.0), reading=("temperature", "K"),
         states=("inside", "outside"), hold_samples=20, references=(293.15, 293.15),
     ),
-}  # fmt: skip
+} | UNSEEN  # fmt: skip
 DEVELOPED_ON = ("tanks", "circuit")
 """Systems by which the search was developed; the others are for a blind check."""

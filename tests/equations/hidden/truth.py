@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from rtctl.border.arrays import FloatArray
 
 from .effects import Acting, Make, Scene
-from .systems import HiddenSystem
+from .system import HiddenSystem
 
 SAMPLES, RECORDS = 600, 5
 FLOOR_SHARE = 0.006
@@ -110,7 +110,7 @@ def hidden(
     """Return levels and noisy readings (samples, records) of a system with an effect, and the effect's size."""
     random = np.random.default_rng([seed, 2])
     p = {
-        name: value * (1.0 if name in ("rim", "sensitivity", "room", "slow") else random.uniform(0.9, 1.1))
+        name: value * (1.0 if name in system.known else random.uniform(0.9, 1.1))
         for name, value in system.parameters.items()
     }
     u = levels(system, seed, samples)

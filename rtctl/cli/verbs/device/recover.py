@@ -13,7 +13,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run the verb."""
-    from rtctl.api.recordings import recover
+    from rtctl.api.runs.recordings import recover
     from rtctl.cli.options import print_json
 
     summary = recover(args.run)

@@ -19,16 +19,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--set", dest="overrides", action="append", default=[], metavar="KEY=VALUE",
         help="override a key of the scenario, such as --set driver.kind=modbus-tcp",
     )  # fmt: skip
+    parser.add_argument(
+        "--on", type=Path, metavar="DIR",
+        help="folder of `rtctl export c`: the loop runs on an emulated Cortex-M4F, with the device at driver.port",
+    )  # fmt: skip
 
 
 def run(args: argparse.Namespace) -> int:
     """Run the verb. Returns 0: passed its checks; 1: fault or checks not met."""
-    from rtctl.api import running
+    from rtctl.api.runs import running
     from rtctl.cli.options import is_quiet, output_folder, print_json
     from rtctl.cli.printing.runs import print_summary
     from rtctl.output.progress import say
 
     folder = output_folder(args.out or Path("out") / Path(args.scenario).stem)
+    if args.on is not None:
+        return _run_on_board(args, folder)
     outcome = running.run(
         args.scenario, model=args.model, settings=args.overrides, out=folder, progress=not is_quiet(args)
     )
@@ -39,3 +45,17 @@ def run(args: argparse.Namespace) -> int:
     if outcome.fault is not None:
         say(f"rtctl run: {outcome.fault}: {outcome.message}", quiet=False)
     return 0 if outcome.passed else 1
+
+
+def _run_on_board(args: argparse.Namespace, folder: Path) -> int:
+    """Run with the loop on the emulated board."""
+    from rtctl.api.exporting.c import run_on_board
+    from rtctl.cli.options import print_json
+    from rtctl.cli.printing.runs import print_summary
+
+    result = run_on_board(args.scenario, board=args.on, model=args.model, out=folder, settings=args.overrides)
+    if args.json:
+        print_json(result.summary)
+    elif not args.quiet:
+        print_summary(result.summary, None if result.tuning is None else result.tuning.describe(), folder)
+    return 0 if result.summary["verdict"] == "pass" else 1

@@ -13,7 +13,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of `rtctl serve`."""
     parser.add_argument(
         "plant",
-        help="plant file, or the name of a bundled one: vo2_a, vo2_b, vo2_l2p, me_a, me_b, beam_hm, ...",
+        help="plant file, a unit (FILE.fmu), or the name of a bundled one: vo2_a, vo2_b, vo2_l2p, me_a, beam_hm, ...",
     )
     wire = parser.add_mutually_exclusive_group(required=True)
     wire.add_argument("--modbus-rtu", type=Path, metavar="PATH", help="link to the pty to be made here")

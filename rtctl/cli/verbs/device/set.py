@@ -19,7 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run the verb. Returns 0: the run has taken it and applies it at its next step."""
-    from rtctl.api.recordings import change_in_words
+    from rtctl.api.runs.recordings import change_in_words
     from rtctl.cli.options import print_json
     from rtctl.output.progress import say
 

@@ -53,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
     """Run the verb: serve until Ctrl-C or SIGTERM."""
     import os
 
-    from rtctl.api.recordings import watch
+    from rtctl.api.runs.recordings import watch
     from rtctl.live_page.recorded.places import places_in
     from rtctl.output.progress import say
 

@@ -57,13 +57,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run the verb."""
-    from rtctl.api.first_look.initiation import paths_of, target_folder, write_proposal
+    from rtctl.api.first_look.initiation import paths_of, signals_of_model, target_folder, write_proposal
     from rtctl.cli.dialogue import ask_all, is_terminal
     from rtctl.cli.next_step import say_next
     from rtctl.cli.options import is_quiet, output_folder, print_json
     from rtctl.cli.printing.first_look import print_initiation
     from rtctl.measured.proposal.grouped import by_groups
-    from rtctl.measured.proposal.own_equations.signals import read_model_signals
     from rtctl.measured.proposal.proposal import Answers
     from rtctl.measured.proposal.propose import propose, refuse_open
     from rtctl.measured.proposal.survey import survey_files
@@ -71,7 +70,7 @@ def run(args: argparse.Namespace) -> int:
     answers = Answers(
         plant=args.plant, inputs=tuple(args.inputs), outputs=tuple(args.outputs), scales=tuple(args.scales),
         time=args.time, sample_rate_hz=args.sample_rate, hold=args.hold, test=args.test, name=args.name,
-        model=None if args.model is None else read_model_signals(args.model),
+        model=None if args.model is None else signals_of_model(args.model),
     )  # fmt: skip
     paths = paths_of(args.files)
     surveys = by_groups(survey_files(paths), answers)

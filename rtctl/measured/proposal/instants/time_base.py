@@ -16,6 +16,7 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
 from rtctl.measured.columns.time_column import TimeColumn, TimeUnit, seconds
+from rtctl.measured.proposal.candidates import is_count
 from rtctl.measured.proposal.given import NONE, column_and_unit
 from rtctl.measured.proposal.naming.column_names import WEAK
 from rtctl.measured.proposal.naming.column_units import quantity_of, read_column
@@ -31,6 +32,8 @@ _EPOCHS = ((1e9, 1e10, "s"), (1e12, 1e13, "ms"), (1e15, 1e16, "us"), (1e18, 1e19
 """Sizes of instants between 2001 and 2286, counted since 1970, and their unit."""
 _DAYS = ((40_000.0, 60_000.0, "a spreadsheet"), (730_000.0, 750_000.0, "MATLAB"))
 """Sizes of instants between 2009 and 2053, counted in days as these do."""
+_TRIED = ("s", "ms", "us", "ns", "min", "h", "d")
+"""Units of a time column of which nobody states one."""
 _FINEST_S = 1e-5
 """Step [s] below which a column of such a size counts days."""
 _DEFAULT_PERIODS = (1.0,)
@@ -58,6 +61,9 @@ def find_time(surveys: Sequence[Survey], answers: Answers, homes: Homes = frozen
         homes: Groups of the signals in their file; a time or a rate of another group is not theirs. Empty: not known.
     """
     if answers.sample_rate_hz is not None:
+        if answers.time is None:
+            for survey in surveys:
+                _check_rate(survey, answers.sample_rate_hz, homes)
         return Time(TimeGuess(rate_hz=answers.sample_rate_hz, why="you said so"))
     columns = surveys[0].columns
     if answers.time not in (None, NONE):
@@ -68,6 +74,44 @@ def find_time(surveys: Sequence[Survey], answers: Answers, homes: Homes = frozen
         return _of_column(found[0], "", found[1], variable_rate_hz(near[0]))
     told = _of_files(near)
     return _of_others(surveys[0], answers, told, homes) if told.opens and homes else told
+
+
+def _check_rate(survey: Survey, rate_hz: float, homes: Homes) -> None:
+    """Raise InputError where the time of a file, or a variable of it, says another rate than the user."""
+    if not homes and any(one.place.groups for one in survey.columns.values()):
+        return  # whose time it is shows once the signals are known
+    near = _without_others(survey, homes)
+    found = _time_column(near)
+    remedy = "leave out --sample-rate, or say --time - to pass over it"
+    if found is None:
+        told = _rate_variable(near)
+        if told is not None and abs(told[1] / rate_hz - 1.0) > AGREES:
+            raise InputError(
+                f'--sample-rate {rate_hz:g}: the variable "{told[0]}" of {survey.path} gives {told[1]:.6g} Hz; {remedy}'
+            )
+        return
+    column = found[0]
+    if column.values is not None and is_count(column.values):
+        return
+    unit = read_column(column).unit
+    stated = unit.text if unit.text and quantity_of(unit.text) == "time" else None
+    usual_s = 0.0
+    for one in [stated] if stated or column.values is None else _TRIED:
+        try:
+            stamps_s = read_time(column, one).time_s
+        except ValueError:
+            return
+        steps = np.diff(stamps_s)
+        usual_s = usual_s or float(np.median(steps))
+        if any(
+            abs(step * rate_hz - 1.0) < AGREES for step in (float(np.median(steps)), float(np.mean(steps)))
+        ):
+            return
+    assumed = "" if stated or column.values is None else ", read in seconds,"
+    raise InputError(
+        f'--sample-rate {rate_hz:g}: the time column "{column.name}" of {survey.path}{assumed} goes on by '
+        f"{usual_s:.6g} s, which is {1.0 / usual_s:.6g} Hz; {remedy}"
+    )
 
 
 def homes_of(survey: Survey, columns: Iterable[str]) -> Homes:

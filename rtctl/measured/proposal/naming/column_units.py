@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import cache
 from typing import NamedTuple
 
-from rtctl.border.quantities import is_angle, unit_registry
+from rtctl.border.units.quantities import is_angle, unit_registry
 from rtctl.measured.proposal.naming.column_names import STRONG, Name, is_weight, read_name, unit_meanings
 from rtctl.measured.proposal.survey import Column
 from rtctl.measured.stated_unit import is_no_unit

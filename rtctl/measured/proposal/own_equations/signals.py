@@ -9,7 +9,7 @@ from pathlib import Path
 
 from rtctl.border.equations.file import KIND, EquationsFile
 from rtctl.border.errors import InputError
-from rtctl.border.quantities import check, read_toml
+from rtctl.border.units.quantities import check, read_toml
 from rtctl.measured.manifest.signal_kinds import measured_kinds
 from rtctl.measured.proposal.given import NONE, column_and_unit
 from rtctl.measured.proposal.naming.column_names import bare_name, read_name

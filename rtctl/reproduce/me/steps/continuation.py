@@ -19,7 +19,7 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import RunError
-from rtctl.border.quantities import parse_quantity, read_toml
+from rtctl.border.units.quantities import parse_quantity, read_toml
 from rtctl.models.frequency_response import OddOscillator, Response, cycle, frequency_response
 from rtctl.plots.elements.small_png import save_small_png
 from rtctl.plots.elements.style import BLACK, BLUE, GREY, VERMILION, house_style, new_figure

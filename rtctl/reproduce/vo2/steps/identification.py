@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.quantities import parse_quantity, read_toml
+from rtctl.border.units.quantities import parse_quantity, read_toml
 from rtctl.identification.vo2.staircase import extract_steady_states
 from rtctl.models.vo2 import Vo2Model
 from rtctl.plots.elements.small_png import save_small_png

@@ -1,0 +1,1 @@
+"""A model of one's own equations for other programs: differential equations, a MATLAB function."""

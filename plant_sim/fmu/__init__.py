@@ -1,0 +1,1 @@
+"""A functional mock-up unit of somebody as a simulated device."""

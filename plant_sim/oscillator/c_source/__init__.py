@@ -1,0 +1,1 @@
+"""An oscillator with its mechanisms as C."""

@@ -1,0 +1,1 @@
+"""Models and loops for other programs and machines, one format a file."""

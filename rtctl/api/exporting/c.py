@@ -1,0 +1,156 @@
+"""Loops for other machines: `export_c`, `replay_export`, `run_on_board`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rtctl.api.inputs import PathText, Settings, load_scenario, path_of
+from rtctl.border.errors import InputError
+from rtctl.border.options import check_integer
+
+if TYPE_CHECKING:
+    from rtctl.export.c.proof.comparison import Proof
+    from rtctl.session.run_files import RunResult
+
+LEAST_EXTREMA, MOST_EXTREMA = 8, 256
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExportedLoop:
+    """A loop that was written as C99."""
+
+    folder: Path
+    estimator: str
+    """Kind of the estimator."""
+    functions: int
+    """Number of translated kernels."""
+    state_bytes: int
+    """Memory of the loop in single precision [byte]."""
+    table_bytes: int
+    """Tables of constants in single precision [byte]."""
+
+
+def export_c(
+    scenario: PathText | Mapping[str, Any],
+    *,
+    model: PathText | None = None,
+    out: PathText,
+    settings: Settings = (),
+    extrema: int = 64,
+) -> ExportedLoop:
+    """Write the loop of a scenario as C99 for a microcontroller: estimator, controller, limits and guards.
+
+    Args:
+        scenario: A scenario's file, a bundled name such as "steps", or its tables.
+        model: Model file; None: the one that the scenario names.
+        out: Folder of the sources.
+        settings: Further keys of the scenario to override.
+        extrema: Turning points that each Preisach memory keeps; beyond them the innermost loop is forgotten.
+
+    Returns:
+        What was written.
+
+    Raises:
+        InputError: There is no model, or a part of the loop cannot be exported; says which, and why.
+    """
+    from rtctl.export.c.folder import Manifest, digest, write_folder
+    from rtctl.export.c.laws.planning import law_of
+    from rtctl.export.c.sizes import state_bytes, table_bytes
+    from rtctl.export.c.translated import translated
+    from rtctl.wiring import model_of, model_path
+
+    check_integer("extrema", extrema, LEAST_EXTREMA, MOST_EXTREMA)
+    loaded = load_scenario(scenario, settings)
+    given = None if model is None else path_of("model", model)
+    content = model_of(loaded.scenario, loaded.folder, given)
+    file = model_path(loaded.scenario, loaded.folder, given)
+    if content is None or file is None:
+        raise InputError(
+            "export c: a model is needed (--model MODEL.toml, or scenario.model); `rtctl identify` makes one"
+        )
+    exported = translated(law_of(loaded.scenario, content, extrema))
+    folder = path_of("out", out)
+    folder.mkdir(parents=True, exist_ok=True)
+    write_folder(
+        folder, exported,
+        Manifest(
+            scenario=loaded.name, estimator=exported.law.name, extrema=extrema, model_sha256=digest(file)
+        ),
+    )  # fmt: skip
+    return ExportedLoop(
+        folder=folder,
+        estimator=exported.law.name,
+        functions=len(exported.program.instances),
+        state_bytes=state_bytes(exported.law),
+        table_bytes=table_bytes(exported.law),
+    )
+
+
+def run_on_board(
+    scenario: PathText | Mapping[str, Any],
+    *,
+    board: PathText,
+    model: PathText | None = None,
+    out: PathText,
+    settings: Settings = (),
+) -> RunResult:
+    """Run a scenario with the loop on the emulated Cortex-M4F; this computer gives it the plan and watches.
+
+    Args:
+        scenario: A scenario's file, a bundled name such as "steps", or its tables; its driver is a serial line with a
+            device in lockstep.
+        board: Folder of `export_c`, of the same scenario and model.
+        model: Model file; None: the one that the scenario names.
+        out: Folder of the results: `summary.json`, `signals.parquet`, `run.png`.
+        settings: Further keys of the scenario to override.
+
+    Raises:
+        InputError: The driver is no serial line, the folders do not belong together, compiler or emulator are missing.
+    """
+    from rtctl.evaluation.metrics import write_json
+    from rtctl.export.c.emulated import run_emulated
+    from rtctl.export.c.folder import digest, read_manifest
+    from rtctl.recording import write_parquet
+    from rtctl.session.run_files import draw_run
+    from rtctl.wiring import model_of, model_path
+
+    loaded = load_scenario(scenario, settings)
+    place, port = path_of("board", board), getattr(loaded.scenario.driver, "port", None)
+    if loaded.scenario.driver.kind != "serial" or port is None or loaded.scenario.clock.mode != "lockstep":
+        raise InputError(
+            "run --on: the board reaches its device over a serial line in lockstep: --set driver.kind=serial --set "
+            "driver.port=PATH (such as that of `rtctl serve vo2_a --serial PATH`)"
+        )
+    given = None if model is None else path_of("model", model)
+    content = model_of(loaded.scenario, loaded.folder, given)
+    file = model_path(loaded.scenario, loaded.folder, given)
+    if content is None or file is None or read_manifest(place).model_sha256 != digest(file):
+        raise InputError(f"{place}: exported from another model than that of the run; export it anew")
+    result = run_emulated(place, loaded.scenario, content, str(port)).result
+    folder = path_of("out", out)
+    folder.mkdir(parents=True, exist_ok=True)
+    write_parquet(
+        folder / "signals.parquet", result.signals, result.units, {"program": "rtctl", "board": str(place)}
+    )
+    write_json(folder / "summary.json", result.summary)
+    if len(result.signals["index"]) > 1:
+        draw_run(folder / "run.png", loaded.scenario, result)
+    return result
+
+
+def replay_export(run: PathText, export: PathText) -> Proof:
+    """Compute a recorded run with an exported loop, on every machine whose tools are there, and compare the bits.
+
+    Args:
+        run: Folder of a run with the model and the scenario of the export.
+        export: Folder of `export_c`.
+
+    Raises:
+        InputError: The folders do not belong together, or there is no compiler.
+    """
+    from rtctl.export.c.proof.comparison import prove
+
+    return prove(path_of("export", export), path_of("run", run))

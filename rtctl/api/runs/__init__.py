@@ -1,0 +1,1 @@
+"""Runs of a loop: started, watched, doubted, replayed."""

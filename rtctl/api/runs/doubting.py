@@ -1,0 +1,70 @@
+"""Whether a run's device still is its model: `doubt`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from rtctl.api.inputs import PathText, path_of
+from rtctl.border.errors import InputError
+from rtctl.output.interrupt import stop_on_interrupt
+
+if TYPE_CHECKING:
+    from rtctl.doubt.watch import Finding
+
+
+def doubt(
+    run: PathText,
+    *,
+    live: bool = False,
+    policy: str = "warn",
+    reference: bool = True,
+    out: PathText | None = None,
+    say: Callable[[Finding, str], None] = lambda finding, done: None,
+) -> dict[str, Any]:
+    """Compare a run with its model window by window; say when the device changed, and what changed most likely.
+
+    Args:
+        run: Folder of a run that has ended or was killed; of one under way if `live`.
+        live: Whether to follow a run under way until it ends; findings become events of the run.
+        policy: Of a run under way: "warn", "derate" (half the gains) or "stop".
+        reference: Whether the reference instrument is used where it was recorded.
+        out: File for the result; None: `doubt.json` in the run's folder.
+        say: Hears each finding and what was done about it.
+
+    Returns:
+        The content of `doubt.json`.
+
+    Raises:
+        InputError: There is no such run, or its kind of plant cannot be doubted.
+    """
+    from rtctl.doubt.policy import Policy, acting
+    from rtctl.live_page.recorded.places import is_recording
+    from rtctl.session import doubting
+    from rtctl.session.live import control_socket
+
+    folder = path_of("run", run)
+    if policy not in tuple(Policy):
+        raise InputError(f'policy = "{policy}" is unknown; known: {", ".join(Policy)}')
+    if policy != Policy.WARN and not live:
+        raise InputError(
+            f'policy = "{policy}" is for a run under way (live); one that has ended cannot be changed'
+        )
+    if live:
+        act = acting(
+            Policy(policy),
+            lambda: control_socket.parameters(folder),
+            lambda name, value: control_socket.send(folder, name, value),
+            lambda: control_socket.stop(folder),
+        )
+        with stop_on_interrupt() as stop_requested:
+            found = doubting.doubt_live(
+                folder, act, say, is_recording, stop_requested, use_reference=reference
+            )
+    else:
+        found = doubting.doubt_run(folder, use_reference=reference)
+        for finding in found.findings:
+            say(finding, "")
+    summary = doubting.summary_of(found)
+    doubting.write_summary(folder / "doubt.json" if out is None else path_of("out", out), summary)
+    return summary

@@ -1,0 +1,1 @@
+"""Arithmetic of the kernels that gives the same bits everywhere."""

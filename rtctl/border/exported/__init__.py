@@ -1,0 +1,1 @@
+"""What a model is to other programs: C source, differential equations."""

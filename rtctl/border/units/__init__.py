@@ -1,0 +1,1 @@
+"""Units as text, and quantities with a unit."""

@@ -1,0 +1,28 @@
+"""Findings of `rtctl doubt` as lines."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from rtctl.doubt.watch import Finding
+
+
+def finding_line(finding: Finding, done: str) -> str:
+    """Return a finding as a line: after which sample, since which, what, what was done."""
+    acted = f"; {done}" if done else ""
+    return f"sample {finding.sample} (since {finding.since}): {finding.kind}: {finding.message}{acted}"
+
+
+def summary_lines(summary: Mapping[str, Any]) -> list[str]:
+    """Return the last lines: how much was seen, and what could not be."""
+    found = sum(one["kind"] not in ("learned", "named") for one in summary["findings"])
+    lines = [f"{summary['windows']} windows, {found} with something to say"]
+    if summary["windows_too_still"]:
+        lines.append(
+            f"in {summary['windows_too_still']} of them the device hardly moved: how it answers could not be seen"
+        )
+    for way, told in summary["isolability"].items():
+        pairs = ", ".join(f"{one} and {other}" for one, other in told["alike"])
+        lines.append(f"small changes that look alike, by {way}: {pairs or 'none'}")
+    return lines

@@ -1,0 +1,1 @@
+"""What `rtctl export` writes, one format a file."""

@@ -1,0 +1,1 @@
+"""Models, loops and runs for other programs and machines."""

@@ -1,0 +1,92 @@
+"""The folder of an exported loop: sources, boards, Makefile, and what it was made from."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rtctl.border.errors import InputError
+from rtctl.export.c.printing import c_program
+from rtctl.export.c.translated import Translated
+from rtctl.version import __version__
+from rtctl.wiring_served import write_boards
+
+RUNTIME = Path(__file__).parent / "runtime"
+MANIFEST, MODEL, SCENARIO = "export.json", "model.toml", "scenario.toml"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Manifest:
+    """What a folder was exported from."""
+
+    scenario: str
+    """Name of the scenario."""
+    estimator: str
+    extrema: int
+    """Turning points that a Preisach memory keeps."""
+    model_sha256: str
+    """Of the model file."""
+
+
+def write_folder(folder: Path, exported: Translated, manifest: Manifest) -> None:
+    """Write all files; what is there of them is replaced.
+
+    Args:
+        folder: the folder; made if it is not there.
+        exported: the law.
+        manifest: what it is made from.
+    """
+    law, program, entry = exported
+    heading = (
+        f"Loop of the scenario {manifest.scenario}, estimator {manifest.estimator}, "
+        f"written by rtctl export c {__version__}."
+    )
+    shutil.copytree(
+        RUNTIME, folder, ignore=shutil.ignore_patterns("__pycache__", "build"), dirs_exist_ok=True
+    )
+    write_boards(folder)
+    files = {
+        "rtctl.h": c_program.header(law, heading),
+        "rtctl_types.h": c_program.types(program),
+        "rtctl_tables.h": c_program.tables(law, heading),
+        "rtctl.c": c_program.functions(
+            law, program, entry, f"{heading}\nTranslated from the kernels of rtctl."
+        ),
+    }
+    for name, text in files.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    contents: dict[str, Any] = {
+        "program": f"rtctl {__version__}",
+        "scenario": manifest.scenario,
+        "estimator": manifest.estimator,
+        "extrema": manifest.extrema,
+        "model_sha256": manifest.model_sha256,
+        "sources": dict(law.sources),
+    }
+    (folder / MANIFEST).write_text(json.dumps(contents, indent=2) + "\n", encoding="utf-8")
+
+
+def read_manifest(folder: Path) -> Manifest:
+    """Return what a folder was made from. Raises InputError."""
+    path = folder / MANIFEST
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+        return Manifest(
+            scenario=str(found["scenario"]),
+            estimator=str(found["estimator"]),
+            extrema=int(found["extrema"]),
+            model_sha256=str(found["model_sha256"]),
+        )
+    except OSError:
+        raise InputError(f"{path}: missing; {folder} is not a folder of rtctl export c") from None
+    except (ValueError, KeyError) as error:
+        raise InputError(f"{path}: {error}; export the folder anew") from None
+
+
+def digest(model: Path) -> str:
+    """Return the digest of a model file."""
+    return hashlib.sha256(model.read_bytes()).hexdigest()

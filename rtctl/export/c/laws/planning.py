@@ -1,0 +1,50 @@
+"""The law of a scenario and a model, as `rtctl run` would build it. Says which part cannot be exported, and why."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rtctl.border.errors import InputError
+from rtctl.export.c.laws.law import Law
+from rtctl.export.c.laws.vo2 import Parts, vo2_law
+from rtctl.models.vo2 import Vo2Model
+from rtctl.scenario.command_sequence import settling
+from rtctl.scenario.schema import Scenario
+from rtctl.session.closed_loop import plan_control
+from rtctl.wiring import build_guard, build_plausibility
+
+EXTREMA = 64
+"""Turning points that an exported Preisach memory keeps."""
+
+
+def law_of(scenario: Scenario, model: Any, extrema: int = EXTREMA) -> Law:
+    """Return the law of a scenario.
+
+    Args:
+        scenario: the checked scenario.
+        model: the identified model.
+        extrema: turning points that a Preisach memory keeps.
+
+    Raises:
+        InputError: a part cannot be exported, or model and scenario contradict each other.
+    """
+    if scenario.scenario.plant != "vo2" or not isinstance(model, Vo2Model):
+        raise InputError(
+            f'export c: the scenario controls a "{scenario.scenario.plant}"; only the loop of a "vo2" can be exported'
+        )
+    if scenario.reference is None:
+        raise InputError(
+            "export c: the scenario has no [reference]: it plays a current in open loop, and there is no controller"
+        )
+    chain, _, _ = plan_control(scenario, model)
+    parts = Parts(
+        estimator=chain.estimator,
+        controller=chain.controller,
+        limits=chain.limits[0],
+        plausibility=build_plausibility(scenario, scenario.profile),
+        guard=build_guard(scenario, scenario.profile),
+        period_s=scenario.scenario.period_s,
+        settle_steps=settling(scenario),
+        delay=scenario.reading_delay,
+    )
+    return vo2_law(model, parts, extrema)

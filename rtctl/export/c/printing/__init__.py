@@ -1,0 +1,1 @@
+"""Translated kernels as text: C99, and Python in single precision."""

@@ -1,0 +1,62 @@
+"""The exported law computed in Python, in the precision of the exported arithmetic: the oracle of all machines."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from rtctl.export.c.laws.law import Law, numpy_dtype
+from rtctl.export.c.printing.python_program import in_precision, python_program
+from rtctl.export.c.proof.recorded import Rows, input_dtype, output_dtype
+from rtctl.export.c.translation.inference import Program
+from rtctl.export.c.translation.instances import Instance
+
+WORTH_COMPILING = 50_000
+
+
+class PythonLaw:
+    """A law as a function of rows."""
+
+    def __init__(
+        self, law: Law, program: Program, entry: Instance, real: Any, *, compiled: bool = False
+    ) -> None:
+        """Prepare it.
+
+        Args:
+            law: the law.
+            program: its kernels.
+            entry: its function of a sample.
+            real: np.float32 or np.float64.
+            compiled: whether numba compiles it: worth ten seconds from `WORTH_COMPILING` rows on.
+        """
+        self._run = python_program(program, entry, real, compiled=compiled)
+        self._compiled = compiled
+        self._constants = in_precision(law.constants, real)
+        self._real = real
+        self._initial = np.zeros(1, dtype=numpy_dtype(law.state, real))
+        for entry_of_memory in law.memory:
+            self._initial[entry_of_memory.name] = entry_of_memory.value
+
+    def __call__(self, rows: Rows) -> Rows:
+        """Return the outputs of inputs (n,)."""
+        wide = np.zeros(rows.size, dtype=_aligned(input_dtype(self._real)))
+        for name in rows.dtype.names or ():
+            wide[name] = rows[name]
+        outputs = np.zeros(rows.size, dtype=_aligned(output_dtype(self._real)))
+        state, initial = self._initial.copy(), self._initial
+        records = [state, wide, outputs, initial]
+        if not self._compiled:
+            records = [one.view(np.recarray) for one in records]
+        with np.errstate(all="ignore"):
+            self._run(*records[:3], self._constants, records[3])
+        found = np.zeros(rows.size, dtype=output_dtype(self._real))
+        for name in outputs.dtype.names or ():
+            found[name] = outputs[name]
+        return found
+
+
+def _aligned(dtype: np.dtype[Any]) -> np.dtype[Any]:
+    """Return the record with integers as Python computes with them."""
+    fields = [(name, np.int64 if dtype[name].kind == "i" else dtype[name]) for name in dtype.names or ()]
+    return np.dtype(fields, align=True)

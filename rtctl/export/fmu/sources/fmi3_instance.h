@@ -1,0 +1,24 @@
+#ifndef FMI3_INSTANCE_H
+#define FMI3_INSTANCE_H
+
+#include "component.h"
+#include "fmi3_types.h"
+
+#if defined _WIN32
+#define EXPORT __declspec(dllexport)
+#elif defined __GNUC__
+#define EXPORT __attribute__((visibility("default")))
+#else
+#define EXPORT
+#endif
+
+typedef struct {
+    component c;
+    fmi3InstanceEnvironment environment;
+    fmi3LogMessageCallback log;
+} instance;
+
+/* Tells the simulator what is wrong, if anything is. */
+fmi3Status told(instance *i, const char *wrong);
+
+#endif

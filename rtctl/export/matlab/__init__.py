@@ -1,0 +1,1 @@
+"""Models for MATLAB: parameters in .mat files, equations as functions."""

@@ -1,0 +1,1 @@
+"""A functional mock-up unit as a kind of plant."""

@@ -1,0 +1,221 @@
+"""Doubting a recorded run: rows from its folder, whole or under way, through `rtctl.doubt.watch`."""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rtctl.border.arrays import FloatArray
+from rtctl.border.errors import InputError
+from rtctl.doubt.belief import Belief, Rows
+from rtctl.doubt.policy import Act
+from rtctl.doubt.watch import Finding, Watch
+from rtctl.loop.events import Event, read_events
+from rtctl.output.atomic_write import replacing
+from rtctl.plant_control.lookup import support_of
+from rtctl.recording.tail import MOST_ROWS, Tail
+from rtctl.registry import plant_kind
+from rtctl.scenario.schema import Scenario, checked_scenario
+from rtctl.session.replay import read_run
+from rtctl.session.run_folder import EVENTS, MODEL, SIGNALS, scenario_tables
+
+LOOK_EVERY_S = 0.2
+DOUBT = "doubt"
+"""Kind of the events that are noted."""
+
+
+class Doubted(NamedTuple):
+    """What the watch of a run has found."""
+
+    findings: list[Finding]
+    watch: Watch
+    period_s: float
+
+
+class RowReader:
+    """Columns of a recording to rows of the watch; keeps the levels that are on their way, and the last sample."""
+
+    def __init__(self, scenario: Scenario, *, use_reference: bool) -> None:
+        profile = scenario.profile
+        self._names = (profile.commands[0].name, profile.sensed[0].name, profile.reference.name)
+        self.period_s = scenario.scenario.period_s
+        self._delay, self._use = scenario.reading_delay, use_reference
+        self._sent: list[float] = []
+        self._previous = -1.0
+
+    def start(self, level: float, first: int) -> None:
+        """Begin at an applied level [the command's unit] before sample `first`."""
+        self._sent, self._previous = self._delay * [level], first - 1.0
+
+    def rows(self, table: Mapping[str, FloatArray]) -> Rows:
+        """Return the rows of a part of the recording."""
+        command, sensed, reference = self._names
+        index = np.array(table["index"])
+        sent = np.concatenate([self._sent, table[command]])
+        levels, self._sent = sent[: len(index)], sent[len(index) :].tolist()
+        elapsed_s = np.diff(index, prepend=self._previous) * self.period_s
+        self._previous = float(index[-1]) if len(index) else self._previous
+        read = np.array(table[reference]) if self._use else np.full(len(index), np.nan)
+        return Rows(index, levels, elapsed_s, np.array(table[sensed]), read, np.array(table["estimate"]))
+
+
+def belief_of(scenario: Scenario, model: Any) -> Belief:
+    """Return the free run of a model. Raises InputError for a kind of plant that has none, and for open loops."""
+    kind = plant_kind(scenario.scenario.plant)
+    if kind.belief is None:
+        raise InputError(
+            f'a "{kind.name}" run cannot be doubted yet: no free run of such models over a recording is known'
+        )
+    belief: Belief = kind.part(kind.belief)(model)
+    return belief
+
+
+class _Fed:
+    """Rows and starts of a run into a watch."""
+
+    def __init__(self, scenario: Scenario, model: Any, *, use_reference: bool) -> None:
+        self.reader = RowReader(scenario, use_reference=use_reference)
+        self.watch = Watch(belief_of(scenario, model), self.reader.period_s)
+        self._starts: list[Event] = []
+        self._taken = 0
+
+    def know(self, events: Iterator[Event]) -> None:
+        """Take note of the starts of the run."""
+        self._starts = [event for event in events if event.kind == "start"]
+
+    def feed(self, table: Mapping[str, FloatArray]) -> Iterator[Finding]:
+        """Take a part of the recording; yield what there is to say."""
+        index = np.array(table["index"])
+        ends = [
+            event.step
+            for event in self._starts[self._taken :]
+            if event.step <= (index[-1] if len(index) else -1)
+        ]
+        at = 0
+        for step in [*ends, None]:
+            upto = len(index) if step is None else int(np.searchsorted(index, step))
+            if upto > at:
+                yield from self.watch.feed(self.reader.rows({name: table[name][at:upto] for name in table}))
+            at = upto
+            if step is not None:
+                level = float(self._starts[self._taken].values["levels"][0])
+                self.reader.start(level, step)
+                self.watch.restart(level)
+                self._taken += 1
+
+
+def doubt_run(folder: Path, *, use_reference: bool = True) -> Doubted:
+    """Doubt a run that has ended or was killed. Raises InputError."""
+    recorded = read_run(folder)
+    fed = _Fed(recorded.scenario, recorded.model, use_reference=use_reference)
+    fed.know(iter(recorded.events))
+    signals = recorded.signals
+    findings: list[Finding] = []
+    for begin in range(0, len(signals["index"]), MOST_ROWS):
+        part = {name: signals[name][begin : begin + MOST_ROWS] for name in signals}
+        findings += fed.feed(part)
+    findings += fed.watch.finish()
+    return Doubted(findings, fed.watch, fed.reader.period_s)
+
+
+def doubt_live(
+    folder: Path,
+    act: Act,
+    say: Callable[[Finding, str], None],
+    is_recording: Callable[[Path], bool],
+    stop_requested: Callable[[], bool],
+    *,
+    use_reference: bool = True,
+) -> Doubted:
+    """Doubt a run under way until it ends; note findings among its events.
+
+    Args:
+        folder: the folder into which it records.
+        act: what is done about a finding; returns what was done in words.
+        say: hears each finding, and what was done.
+        is_recording: whether a recording is still being written.
+        stop_requested: whether the watch is to end.
+        use_reference: whether the reference instrument is used.
+
+    Raises:
+        InputError: nothing is being recorded there, or its model or kind of plant cannot be doubted.
+    """
+    path = folder / SIGNALS
+    if not path.is_file() or not is_recording(path):
+        raise InputError(
+            f"{folder}: no run is under way here; rtctl doubt {folder} doubts one that has ended"
+        )
+    tail = Tail(path)
+    try:
+        scenario = checked_scenario(scenario_tables(tail.header.metadata, path), str(path))
+        model = support_of(scenario.scenario.plant).read_model(folder / MODEL)
+        fed = _Fed(scenario, model, use_reference=use_reference)
+        findings: list[Finding] = []
+
+        def heard(finding: Finding) -> None:
+            findings.append(finding)
+            done = act(finding)
+            note(folder, finding, done)
+            say(finding, done)
+
+        read = 0
+        while not stop_requested():
+            lasts = is_recording(path) and not tail.replaced()
+            whole = tail.look()
+            fed.know(read_events(folder / EVENTS))
+            while read < whole:
+                upto = min(whole, read + MOST_ROWS)
+                for finding in fed.feed(tail.read(read, upto)):
+                    heard(finding)
+                read = upto
+            if not lasts:
+                break
+            time.sleep(LOOK_EVERY_S)
+        for finding in fed.watch.finish():
+            heard(finding)
+        return Doubted(findings, fed.watch, fed.reader.period_s)
+    finally:
+        tail.close()
+
+
+def note(folder: Path, finding: Finding, done: str) -> None:
+    """Append a finding to the run's events: one write of one line, which does not mix with those of the loop."""
+    line = {"step": finding.sample, "event": DOUBT, **as_json(finding)} | ({"done": done} if done else {})
+    number = os.open(folder / EVENTS, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o644)
+    try:
+        os.write(number, json.dumps(line).encode() + b"\n")
+    finally:
+        os.close(number)
+
+
+def as_json(finding: Finding) -> dict[str, Any]:
+    """Return a finding for `doubt.json` and the events."""
+    causes = [one._asdict() for one in finding.causes]
+    return {
+        "kind": finding.kind, "sample": finding.sample, "since": finding.since, "message": finding.message,
+    } | ({"causes": causes} if causes else {})  # fmt: skip
+
+
+def summary_of(doubted: Doubted) -> dict[str, Any]:
+    """Return the content of `doubt.json`."""
+    watch = doubted.watch
+    return {
+        "period_s": doubted.period_s,
+        "state": watch.state,
+        "windows": watch.windows,
+        "windows_too_still": watch.blind,
+        "findings": [as_json(one) for one in doubted.findings],
+        "isolability": watch.isolability(),
+    }
+
+
+def write_summary(path: Path, summary: dict[str, Any]) -> None:
+    """Write `doubt.json`, whole or not at all."""
+    with replacing(path) as partial:
+        partial.write_text(json.dumps(summary, indent=1), encoding="utf-8")

@@ -1,0 +1,1 @@
+"""An identified VO2 model as C."""
