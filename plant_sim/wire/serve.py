@@ -157,11 +157,16 @@ def restart_on_signal(registers: RegisterFile) -> None:
         asyncio.get_running_loop().add_signal_handler(signal.SIGUSR1, registers.power_cycle)
 
 
+LARGEST_PORT = 0xFFFF
+
+
 def parse_address(address: str) -> tuple[str, int]:
     """Return host and port of HOST:PORT, an IPv6 host in brackets. Raises InputError."""
     host, colon, port = address.rpartition(":")
-    if not colon or not host or not port.isdecimal() or int(port) > 0xFFFF:
+    if not colon or not host or not port.isdecimal():
         raise InputError(f'"{address}": an address is HOST:PORT, such as 127.0.0.1:5020')
+    if int(port) > LARGEST_PORT:
+        raise InputError(f'"{address}": port {port} is above {LARGEST_PORT}, the largest that there is')
     return host.removeprefix("[").removesuffix("]"), int(port)
 
 

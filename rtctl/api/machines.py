@@ -240,12 +240,13 @@ def measure_latency(
 
 def _seconds(name: str, text: str) -> float:
     """Return a time [s] above 0. Raises InputError that names the option."""
-    from rtctl.border.units.quantities import parse_quantity
+    from rtctl.border.units.quantities import QUANTITY, parse_quantity
 
+    number = QUANTITY.match(text.strip())
+    if number is not None and not float(number[1]) > 0.0:
+        raise InputError(f'{name} {text}: must be > 0 s; write one such as "1 ms"')
     try:
         value_s = parse_quantity(text, "s")
     except ValueError as error:
         raise InputError(f"{name}: {error}") from None
-    if not value_s > 0.0:
-        raise InputError(f"{name} {text}: must be > 0 s")
     return value_s

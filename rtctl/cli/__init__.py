@@ -5,12 +5,13 @@ from __future__ import annotations
 import argparse
 import importlib
 import os
+import re
 import sys
 from collections.abc import Sequence
 from types import ModuleType
 from typing import NamedTuple
 
-from rtctl.border.errors import RtctlError, check_utf8
+from rtctl.border.errors import RtctlError, check_utf8, nearest
 from rtctl.cli.examples import VerbHelp, epilog_of
 from rtctl.registry import load_plugin
 from rtctl.version import __version__
@@ -67,7 +68,20 @@ VERBS = {
 
 class _Parser(argparse.ArgumentParser):
     def error(self, message: str) -> None:  # type: ignore[override]
-        self.exit(2, f"{self.prog}: {message}\n{self.format_usage()}")
+        self.exit(2, f"{self.prog}: {message}{_nearest_choice(message)}\n{self.format_usage()}")
+
+
+def _nearest_choice(message: str) -> str:
+    """Return `; did you mean "x"?` for a message of argparse about a choice that is none; "" where none is near."""
+    found = re.search(r"invalid choice: '(.*)' \(choose from (.*)\)", message)
+    return "" if found is None else nearest(found[1], re.findall(r"[\w.-]+", found[2]), listed=True)
+
+
+def _refuse(verb: argparse.ArgumentParser, extra: Sequence[str]) -> None:
+    """End with a message about arguments that a verb does not know, with the nearest option of a misspelt one."""
+    options = [one for action in verb._actions for one in action.option_strings if one.startswith("--")]
+    near = [nearest(one.partition("=")[0], options, listed=True) for one in extra if one.startswith("--")]
+    verb.error(f"unrecognized arguments: {' '.join(extra)}{next(filter(None, near), '')}")
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -87,13 +101,16 @@ def build_parser() -> argparse.ArgumentParser:
         )  # fmt: skip
         verb.add_argument("--quiet", action="store_true", help="print nothing but errors")
         verb.add_argument("--json", action="store_true", help="print the result as JSON instead of tables")
+        verb.set_defaults(verb_parser=verb)
     return parser
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line. Exit 0: done. 1: it ran and failed. 2: bad input, one message, no traceback."""
     _replace_closed_streams()
-    args = build_parser().parse_args(argv)
+    args, extra = build_parser().parse_known_args(argv)
+    if extra:
+        _refuse(args.verb_parser, extra)
     try:
         _check_names(args)
         for plugin in args.plugins:

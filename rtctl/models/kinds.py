@@ -5,12 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 
 from rtctl.border.errors import InputError
+from rtctl.border.file_kinds import check_file_kind
 from rtctl.border.units.quantities import read_toml
 
 
 def model_kind(path: Path) -> str:
     """`model.kind` of the file. Raises InputError where it is not a text."""
-    model = read_toml(path).get("model")
+    tables = read_toml(path)
+    check_file_kind(tables, path, "model")
+    model = tables.get("model")
     if not isinstance(model, dict):
         raise InputError(f"{path}: table [model] is missing")
     kind = model.get("kind")

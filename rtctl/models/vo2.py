@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rtctl.border.errors import InputError, nearest
+from rtctl.border.file_kinds import check_file_kind
 from rtctl.border.model_file import MechanismTable, Value
 from rtctl.border.units.quantities import parse_quantity, read_toml
 from rtctl.hysteresis.egpi import EgpiModel
@@ -186,7 +187,9 @@ def save_model(path: Path, model: Vo2Model) -> None:
 
 def read_model(path: Path) -> Vo2Model:
     """Read a model file. Raises InputError naming file and key."""
-    tables = read_toml(path).get("model")
+    found = read_toml(path)
+    check_file_kind(found, path, "model")
+    tables = found.get("model")
     if not isinstance(tables, dict):
         raise InputError(f"{path}: table [model] is missing; a model file comes from `rtctl identify`")
     if tables.get("kind") != "vo2":

@@ -15,6 +15,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import AfterValidator, Discriminator, Field, Tag, create_model, field_validator, model_validator
 
 from rtctl.border.errors import InputError
+from rtctl.border.file_kinds import check_file_kind
 from rtctl.border.importing import look_beside
 from rtctl.border.records import DeviceProfile
 from rtctl.border.units.quantities import Checked, check, read_toml
@@ -243,7 +244,9 @@ class Scenario(Checked):
 
 def load_scenario(path: Path, overrides: list[str]) -> tuple[Scenario, dict[str, Any]]:
     """Return the checked scenario and its tables after `--set KEY=VALUE` overrides. Raises InputError."""
-    tables = overridden(read_toml(path), overrides)
+    found = read_toml(path)
+    check_file_kind(found, path, "scenario")
+    tables = overridden(found, overrides)
     if isinstance(driver := tables.setdefault("driver", {}), dict):
         driver.setdefault("kind", "inprocess")
     look_beside(path.parent)

@@ -10,12 +10,16 @@ from pydantic import AfterValidator, Field
 from rtctl.border.units.quantities import Checked
 from rtctl.scenario.clock import Seconds
 
+LARGEST_PORT = 0xFFFF
 _ADDRESS = re.compile(r"(?!\.|[^:]*\.\.)[\w.-]{1,253}:\d{1,5}|\[[0-9a-fA-F:]+\]:\d{1,5}", re.ASCII)
 
 
 def _host_and_port(address: str) -> str:
-    if not _ADDRESS.fullmatch(address) or int(address.rpartition(":")[2]) > 0xFFFF:
+    if not _ADDRESS.fullmatch(address):
         raise ValueError(f"an address is HOST:PORT, such as 127.0.0.1:5020, got {address!r}")
+    port = int(address.rpartition(":")[2])
+    if port > LARGEST_PORT:
+        raise ValueError(f"port {port} of {address!r} is above {LARGEST_PORT}, the largest that there is")
     return address
 
 

@@ -105,13 +105,13 @@ def _play_all(player: _Player, report: Callable[[str], None]) -> tuple[list[Reco
     records: list[Record] = []
     for index, levels in enumerate(command_sequences(scenario)):
         kind, own = scenario.excitation[index].kind, scenario.at_period_of(index)
-        report(f"{kind}: {len(levels) * own.scenario.period_s:.3g} s, {len(levels)} samples")
         try:
             first = open_driver(player.driver, own)
         except RtctlError as error:
             if not records:
                 raise
             return records, str(error)
+        report(f"{kind}: {len(levels) * own.scenario.period_s:.3g} s, {len(levels)} samples")
         if index == 0 and player.tables is not None:
             report(watch_words(player.folder))
         run = player.play(own, levels, first, f"{scenario.scenario.title}: {kind}")

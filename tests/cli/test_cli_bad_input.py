@@ -69,7 +69,7 @@ def scenario_file(folder: Path, text: str = HEAD + REFERENCE) -> str:
         (["driver.seed=-1"], ['key "driver.seed"']),
         ([TCP], ['key "driver.address" is missing']),
         ([TCP, "driver.address=127.0.0.1"], ['key "driver.address"', "HOST:PORT"]),
-        ([TCP, "driver.address=127.0.0.1:99999"], ['key "driver.address"', "HOST:PORT"]),
+        ([TCP, "driver.address=127.0.0.1:99999"], ['key "driver.address"', "above 65535"]),
         ([TCP, "driver.address=a..b:5"], ['key "driver.address"', "HOST:PORT"]),
         ([TCP, "driver.address=127.0.0.1:1"], ["modbus-tcp 127.0.0.1:1", "nothing listens there"]),
         ([RTU, "driver.port=/nowhere/tty7"], ["modbus-rtu /nowhere/tty7", "no such port"]),
@@ -208,7 +208,11 @@ def test_acquiring_a_scenario_without_excitation(tmp_path: Path, capsys: pytest.
     ("arguments", "words"),
     [
         ([], ["VERB"]),
-        (["rum"], ["'rum'", "'run'", "'acquire'"]),
+        (["rum"], ["'rum'", "'run'", "'acquire'", 'did you mean "run"?']),
+        (["diagnos"], ['did you mean "diagnose"?']),
+        (["completion", "zs"], ["'zs'", 'did you mean "zsh"?']),
+        (["preview", "x.toml", "--jason"], ["rtctl preview: ", "--jason", 'did you mean "--json"?']),
+        (["list", "plants", "more"], ["rtctl list: unrecognized arguments: more\n"]),
         (["run"], ["scenario"]),
         (["identify", "x.toml"], ["--out"]),
         (["serve", "vo2_a"], ["--modbus-rtu", "--modbus-tcp"]),
@@ -260,3 +264,76 @@ def test_the_real_command_line_says_the_same(tmp_path: Path) -> None:
     assert ended.returncode == 2
     assert ended.stdout == ""
     assert ended.stderr == 'rtctl run: stepz: no such scenario file; did you mean "steps"?\n'
+
+
+DATASET = '[dataset]\nname = "n"\nplant = "oscillator"\n'
+MODEL = '[model]\nkind = "oscillator"\n[model.parameters]\n'
+IN_A_MANIFESTS_PLACE = "is a model file (model.toml), the manifest of a dataset (dataset.toml) is needed here"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["simulate", "d.toml", "m.toml", "--out", "o"], f"m.toml: {IN_A_MANIFESTS_PLACE}"),
+        (["diagnose", "m.toml", "--model", "d.toml", "--out", "o"], f"m.toml: {IN_A_MANIFESTS_PLACE}"),
+        (["identify", "m.toml", "--out", "o.toml"], f"m.toml: {IN_A_MANIFESTS_PLACE}"),
+        (["preview", "m.toml"], f"m.toml: {IN_A_MANIFESTS_PLACE}"),
+        (["preview", "s.toml"], "s.toml: is a scenario, the manifest of a dataset"),
+        (["run", "d.toml", "--out", "o"], "d.toml: is the manifest of a dataset (dataset.toml), a scenario is needed"),
+        (["run", "s.toml", "--model", "d.toml", "--out", "o"], "(dataset.toml), a model file (model.toml) is needed here"),
+    ],
+)  # fmt: skip
+def test_a_file_in_the_place_of_another_is_told_in_one_line(
+    arguments: list[str],
+    words: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("d.toml").write_text(DATASET)
+    Path("m.toml").write_text(MODEL)
+    Path("s.toml").write_text(HEAD + REFERENCE)
+    message = refusal(capsys, *arguments)
+    assert words in message
+    assert len(message.splitlines()) == 1
+    assert not Path("o").exists()
+
+
+@pytest.mark.parametrize(("names", "words"), [
+    (["model.toml", "dataset.toml"], "; did you mean here/dataset.toml, here/model.toml?"),
+    ([], "a TOML file is needed, and it holds none"),
+])  # fmt: skip
+def test_a_folder_in_the_place_of_a_manifest_tells_what_it_holds(
+    names: list[str],
+    words: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("here").mkdir()
+    for name in names:
+        Path("here", name).write_text(DATASET)
+    assert words in refusal(capsys, "preview", "here")
+
+
+@pytest.mark.parametrize("where", ["127.0.0.1:80000", "localhost:65536"])
+def test_a_port_that_is_too_large_is_told_with_its_limit(
+    where: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    port = where.rpartition(":")[2]
+    told = f"port {port} is above 65535"
+    assert told in refusal(capsys, "serve", "vo2_a", "--modbus-tcp", where)
+    words = ["--out", str(tmp_path / "o"), *settings(TCP, f"driver.address={where}")]
+    assert f"port {port} of '{where}' is above 65535" in refusal(
+        capsys, "run", scenario_file(tmp_path), *words
+    )
+
+
+def test_a_dead_address_is_told_before_the_schedule(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["--out", str(tmp_path / "o"), *settings(TCP, "driver.address=127.0.0.1:9", "clock.mode=live")]
+    message = refusal(capsys, "acquire", scenario_file(tmp_path, HEAD + EXCITATION), *words)
+    assert "nothing listens there" in message

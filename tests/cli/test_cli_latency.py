@@ -98,6 +98,8 @@ def test_cyclictest_s_histogram_is_read_whole() -> None:
         (["--driver", "modbus-tpc"], 'did you mean "modbus-tcp"'),
         (["--period", "1 mm"], "not compatible with s"),
         (["--duration", "0 s"], "must be > 0 s"),
+        (["--period", "0"], 'period 0: must be > 0 s; write one such as "1 ms"'),
+        (["--period=-1"], "must be > 0 s"),
         (["--driver", "inprocess", "--set", "clock.prioriti=80"], 'did you mean "priority"'),
     ],
 )

@@ -26,6 +26,9 @@ _TOWER = re.compile(r"(\*\*|\^)[\s(+-]*[\d.]+[\s)]*(\*\*|\^)|\d{5}|(\*\*|\^)[\s(
 QUANTITY = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf|nan)\s*(.*)$")
 """A number and its unit, in one text."""
 
+_SHOWN = 4
+"""Files of a folder that a message names."""
+
 ModelT = TypeVar("ModelT", bound=BaseModel)
 
 
@@ -112,11 +115,22 @@ def read_toml(path: Path) -> dict[str, Any]:
     except FileNotFoundError:
         raise InputError(f"{path}: no such file") from None
     except IsADirectoryError:
-        raise InputError(f"{path}: is a folder, a TOML file is needed") from None
+        raise InputError(f"{path}: is a folder, a TOML file is needed{_files_in(path)}") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: not valid TOML: {error}") from None
+
+
+def _files_in(folder: Path) -> str:
+    """Return the TOML files of a folder as the end of a message, a dataset's manifest first."""
+    names = sorted(
+        (one.name for one in folder.glob("*.toml")), key=lambda name: (name != "dataset.toml", name)
+    )
+    if not names:
+        return ", and it holds none"
+    more = f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
+    return f"; did you mean {', '.join(str(folder / name) for name in names[:_SHOWN])}{more}?"
 
 
 def check(

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal, get_args
 from pydantic import BeforeValidator, Field, model_validator
 
 from rtctl.border.errors import InputError, nearest
+from rtctl.border.file_kinds import check_file_kind
 from rtctl.border.units.quantities import Checked, check, read_toml
 from rtctl.measured.manifest.signal_kinds import measured_kinds, signal_findings
 from rtctl.measured.units import check_unit
@@ -264,6 +265,7 @@ class Manifest(Checked):
 def read_manifest(path: Path) -> Manifest:
     """Return the checked manifest. Raises InputError with every finding, one a line."""
     tables = read_toml(path)
+    check_file_kind(tables, path, "dataset")
     findings = [f"{path}: {text}" for text in _against_plant(tables)]
     try:
         manifest = check(Manifest, tables, str(path))
