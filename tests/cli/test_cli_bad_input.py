@@ -280,7 +280,7 @@ IN_A_MANIFESTS_PLACE = "is a model file (model.toml), the manifest of a dataset 
         (["preview", "m.toml"], f"m.toml: {IN_A_MANIFESTS_PLACE}"),
         (["preview", "s.toml"], "s.toml: is a scenario, the manifest of a dataset"),
         (["run", "d.toml", "--out", "o"], "d.toml: is the manifest of a dataset (dataset.toml), a scenario is needed"),
-        (["run", "s.toml", "--model", "d.toml", "--out", "o"], "(dataset.toml), a model file (model.toml) is needed here"),
+        (["run", "s.toml", "--model", "d.toml", "--out", "o"], "a model file (model.toml) is needed here"),
     ],
 )  # fmt: skip
 def test_a_file_in_the_place_of_another_is_told_in_one_line(
