@@ -13,7 +13,7 @@ import os
 import shlex
 import shutil
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -29,6 +29,8 @@ from rtctl.recording.rows import Columns, Recorder
 
 SIGNALS, TIMING = "signals.rec", "timing.rec"
 EVENTS, MODEL = "events.jsonl", "model.toml"
+FINISHED = ("signals.parquet", "timing.parquet", "summary.json", "run.png", "doubt.json", EVENTS)
+"""What is there of a run that has ended."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,6 +63,8 @@ class RunFolder:
     report: Callable[[str], None] = lambda text: None
     is_announced: bool = False
     """Whether `report` is told how to watch the run."""
+    keeps_earlier: bool = False
+    """Whether a finished run in the folder is moved aside; else it is overwritten, as by a demo that is repeated."""
 
     def record(self, signals: Columns, timing: Columns) -> Recording:
         """Start recording; move the recording of a killed run into a folder of its own.
@@ -76,6 +80,8 @@ class RunFolder:
         folder.mkdir(parents=True, exist_ok=True)
         if (aside := set_aside(folder)) is not None:
             self.report(f"the recording of a run that was killed is now in {aside}: rtctl recover {aside}")
+        if self.keeps_earlier and (aside := _set_finished_aside(folder)) is not None:
+            self.report(f"{folder} held a run: it is now in {aside}")
         (folder / "summary.json").unlink(missing_ok=True)  # of an earlier run in the same folder
         if self.model is not None and self.model.resolve() != (folder / MODEL).resolve():
             shutil.copyfile(self.model, folder / MODEL)
@@ -165,11 +171,26 @@ def set_aside(folder: Path) -> Path | None:
     if not is_interrupted(folder):
         return None
     refuse_running(folder)
+    return _moved(folder, "interrupted", (SIGNALS, TIMING, EVENTS, MODEL))
+
+
+def _set_finished_aside(folder: Path) -> Path | None:
+    """Move a run that has ended into a folder of its own, with a copy of its model; return that folder, or None."""
+    if not (folder / FINISHED[0]).is_file():
+        return None
+    aside = _moved(folder, "before", FINISHED)
+    if (folder / MODEL).is_file():  # the run that begins may read it
+        shutil.copyfile(folder / MODEL, aside / MODEL)
+    return aside
+
+
+def _moved(folder: Path, word: str, names: Sequence[str]) -> Path:
+    """Move files of a run to the first folder `word`-1, `word`-2, ... that is not there yet; return that."""
     number = 1
-    while (aside := folder / f"interrupted-{number}").exists():
+    while (aside := folder / f"{word}-{number}").exists():
         number += 1
     aside.mkdir()
-    for name in (SIGNALS, TIMING, EVENTS, MODEL):
+    for name in names:
         if (folder / name).is_file():
             os.replace(folder / name, aside / name)
     return aside

@@ -182,3 +182,18 @@ def test_a_live_run_replays_to_the_bit_too(tmp_path: Path, capsys: pytest.Captur
 def test_a_replay_needs_the_folder_of_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["replay", str(tmp_path)]) == 2
     assert "a replay needs the folder of an rtctl run" in capsys.readouterr().err
+
+
+def test_a_new_run_does_not_write_over_a_finished_one(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    short = ["run", SCENARIO, "--out", str(tmp_path), "--set", "scenario.duration=0.8 s"]
+    assert main([*short, "--set", "driver.seed=1"]) in (0, 1)
+    first, events = signals_of(tmp_path), (tmp_path / "events.jsonl").read_text()
+    capsys.readouterr()
+    assert main([*short, "--set", "driver.seed=2"]) in (0, 1)
+    assert f"{tmp_path} held a run: it is now in {tmp_path / 'before-1'}" in capsys.readouterr().err
+    kept = signals_of(tmp_path / "before-1")
+    np.testing.assert_array_equal(kept["amplitude"], first["amplitude"])
+    assert (tmp_path / "before-1" / "events.jsonl").read_text() == events
+    assert not np.array_equal(signals_of(tmp_path)["amplitude"], first["amplitude"])

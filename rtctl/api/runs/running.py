@@ -211,8 +211,9 @@ def _track(
     if folder is not None:
         metadata = run_metadata(loaded.tables)
         run_folder = RunFolder(
-            path=folder, metadata=metadata, model=file, report=report.say, is_announced=True
-        )
+            path=folder, metadata=metadata, model=file, report=report.say, is_announced=True,
+            keeps_earlier=True,
+        )  # fmt: skip
     with _listening(folder, changes), _telling(folder, loaded, report):
         result, outcome = track(loaded.scenario, model, device, stop, run_folder, changes)
     if folder is not None:

@@ -43,6 +43,9 @@ class VerificationThresholds:
     # Residual on test records.
     missed_ratio: float = 2.0
     """Free-run error on test records over noise and allowed misfit, above which they contradict the verdict."""
+    unpredictable_share: float = 0.9
+    """Fraction of the whitened error on test records that its own past does not predict, above which it is noise: that
+    of an effect that is missing is predicted by half and more."""
     joint_fit_ratio: float = 1.05
     """Largest ratio of errors on the fit records, with and without the test records in the fit; above, the test records
     ask for another device."""

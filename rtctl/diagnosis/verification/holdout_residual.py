@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rtctl.border.arrays import FloatArray
 from rtctl.diagnosis.nominal_fit.misfit.segment_misfit import segment_rms
 from rtctl.diagnosis.nominal_fit.predictability import count_unpredictable
 from rtctl.diagnosis.problem.fit import fit_hypothesis
@@ -19,6 +20,7 @@ from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.search.holdout_error import Gain
 from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.noise.residual_noise import NoiseModel, fit_noise
 
 MISSED = (
     "on the test records {:.3g} {} are left, {:.3g} times the noise, and the fitted records show nothing of it: either "
@@ -39,6 +41,11 @@ DIVERGED = (
     "course than the records; within a few periods the model follows"
 )
 
+LOUDER = (
+    "on the test records {:.3g} {} are left, {:.3g} times the noise of the fitted ones: their readings are noisier, "
+    "for what is left cannot be predicted from its past (an instrument's noise often grows with its range)"
+)
+
 
 class HoldoutFinding(NamedTuple):
     """Why the test records are missed, and whether that contradicts the verdict."""
@@ -48,7 +55,11 @@ class HoldoutFinding(NamedTuple):
 
 
 def explain_holdout_residual(
-    error: Gain, problem: Problem, tests: tuple[FitRecord, ...], hypothesis: Hypothesis
+    error: Gain,
+    problem: Problem,
+    tests: tuple[FitRecord, ...],
+    hypothesis: Hypothesis,
+    noise: NoiseModel | None = None,
 ) -> HoldoutFinding | None:
     """Find out why the test records are missed.
 
@@ -57,6 +68,7 @@ def explain_holdout_residual(
         problem: Whole records that were fitted.
         tests: Test records.
         hypothesis: The final model, fitted to all records of `problem`.
+        noise: Noise of the output of `error` on the fitted records; None: it is not asked whether it is louder here.
 
     Returns:
         None where the error is what noise and allowed misfit leave.
@@ -71,6 +83,8 @@ def explain_holdout_residual(
     alone = _moved_to(there, hypothesis)
     if alone is not None and (count := count_unpredictable(there, alone)):
         return HoldoutFinding(UNPREDICTABLE.format(*values, count, len(tests)), False)
+    if noise is not None and alone is not None and _is_louder_noise(alone, there, error.output, noise):
+        return HoldoutFinding(LOUDER.format(*values), False)
     joint = _fit_jointly(problem, tests, hypothesis)
     if joint is not None:
         here, beside = _divided(joint, len(problem.records))
@@ -81,6 +95,18 @@ def explain_holdout_residual(
     if alone is not None and alone.states and segment_rms(there, alone) * problem.size(error.output) < most:
         return HoldoutFinding(DIVERGED.format(*values), False)
     return HoldoutFinding(MISSED.format(*values), True)
+
+
+def _is_louder_noise(alone: Hypothesis, tests: Problem, output: str, noise: NoiseModel) -> bool:
+    """Return whether what is left of an output on the test records has the colour of the noise and no other."""
+    white = [
+        noise.for_period(record.period_s).whiten(error)
+        for record, error in zip(tests.records, _free_run_errors(alone, tests, output), strict=True)
+    ]
+    if not all(np.isfinite(one).all() for one in white):
+        return False
+    again = fit_noise(white)
+    return again.variance > tests.thresholds.verification.unpredictable_share * again.mean_square
 
 
 def _moved_to(problem: Problem, hypothesis: Hypothesis) -> Hypothesis | None:
@@ -114,10 +140,16 @@ def _divided(joint: Hypothesis, count: int) -> tuple[Hypothesis, Hypothesis]:
 
 def _free_run_rms(hypothesis: Hypothesis, problem: Problem, output: str) -> float:
     """Return the RMS error of `output` over the records of `problem`; infinite where a run diverges."""
-    total, count = 0.0, 0
+    errors = np.concatenate(_free_run_errors(hypothesis, problem, output))
+    rms = float(np.sqrt(np.mean(errors**2)))
+    return rms if np.isfinite(rms) else np.inf
+
+
+def _free_run_errors(hypothesis: Hypothesis, problem: Problem, output: str) -> list[FloatArray]:
+    """Return the error (n,) of `output` in each record of `problem`; not finite from where a run diverges."""
+    errors = []
     for index, record in enumerate(problem.records):
         start = np.atleast_2d(hypothesis.start(index))
         run = hypothesis.simulation.predict(record.stimulus, hypothesis.values_of(index), start)
-        error = (run.outputs[output][0] - record.measured[output])[record.first :]
-        total, count = total + float(error @ error), count + len(error)
-    return float(np.sqrt(total / count)) if np.isfinite(total) else np.inf
+        errors.append((run.outputs[output][0] - record.measured[output])[record.first :])
+    return errors

@@ -57,7 +57,9 @@ def require_holdout_residual(
     """
     if verdict.claim not in LOWER or error is None:
         return verdict
-    finding = explain_holdout_residual(error, problem, tuple(tests), after.hypothesis)
+    by_output = dict(zip(after.hypothesis.sensitivity.outputs, after.noise, strict=True))
+    noise = by_output.get(error.output)
+    finding = explain_holdout_residual(error, problem, tuple(tests), after.hypothesis, noise)
     if finding is None:
         return verdict
     if finding.is_gap:
