@@ -169,10 +169,10 @@ def uff(unit: str = "mm", **options: Any) -> Write:
     )
 
 
-def runs(path: Path, wrong: float = 1.0) -> None:
+def runs(path: Path) -> None:
     """An HDF5 file of two runs, each with its own time; that of the first is of another rate."""
     with h5py.File(path, "w") as file:
-        for name, period in (("a", 2.0), ("b", wrong)):
+        for name, period in (("one", 2.0), ("two", 1.0)):
             for key, values in (("t", period * T), ("u", U), ("x", X)):
                 file[f"{name}/{key}"] = values
                 file[f"{name}/{key}"].attrs["units"] = IN_MM[key]
@@ -184,7 +184,7 @@ def structs(*periods: float) -> np.ndarray:
     return np.array([(period * T, U, X) for period in periods], dtype=kinds)
 
 
-OF_B = {"inputs": "b/u", "outputs": {"displacement": "b/x"}}
+OF_TWO = {"inputs": "two/u", "outputs": {"displacement": "two/x"}}
 OF_2 = {"inputs": "rec(2).u_V", "outputs": {"displacement": "rec(2).x_mm"}}
 AXES_APART = np.array([(T, U), (2.0 * T, X)], dtype=[("t_s", object), ("y", object)])
 
@@ -237,7 +237,7 @@ HDF5 = (
     Situation("HDF5 in volts of a transducer, said as its sensitivity", volts("250 mV/mm"), RIGHT, {"scales": {"displacement": "250 mV/mm"}}),
     Situation("HDF5 in volts of a transducer, said as its scale", volts("250 mV/mm"), RIGHT, {"scales": ["displacement=4e-3 mm/mV"]}),
     Situation("HDF5 in volts of a transducer, whose unit alone is said", volts("250 mV/mm"), refused("r.h5", '"V"', '"mm"', "--scale"), {"outputs": {"displacement": "x:mm"}}),
-    Situation("HDF5 of two runs, one of them named", made("r.h5", runs), RIGHT, OF_B),
+    Situation("HDF5 of two runs, one of them named", made("r.h5", runs), RIGHT, OF_TWO),
     Situation("HDF5 with the time in a group apart", hdf5(t=None, **{"axis/time_s": T}), Right(remark="of another group"), {}),
     Situation("HDF5 with times in two groups apart", hdf5(t=None, **{"one/time_s": T, "two/time_s": 2.0 * T}), refused("r.h5", '"one/time_s", "two/time_s"', "other groups", "--time")),
     Situation("HDF5 as a row", hdf5(x=X[np.newaxis, :], u=U[:, np.newaxis]), RIGHT),
