@@ -30,7 +30,7 @@ MISTAKES = [
     ("sqrt(max(x1,0)) + k", "sqrt(-x1) + k", "it is nan at the start"),
     (C_X2, 'value = "c*x2*9**9**9"', "it is inf at the start"),
     (C_X2, "value = \"__import__('os').system('true')\"", "at character 12 is not understood"),
-    (C_X2, 'value = "c*x2.real"', "'.' at character 5 is not understood"),
+    (C_X2, 'value = "c*x2.real"', "'.' at character 5: an operator, or a call of a class"),
     (C_X2, 'value = "y"', "an output stands in no equation"),
     (C_X2, 'value = "sqrt*x2"', "the function sqrt needs its arguments in brackets"),
     (C_X2, "value = true", "True is no expression"),

@@ -1,7 +1,8 @@
 /* Linearly implicit Euler steps, extrapolated to order 4, for stiff models (Deuflhard, SIAM Review 27 (1985) 505;
    Hairer, Wanner, Solving Ordinary Differential Equations II, IV.9). */
 #define ORDER 4
-#define SHARE 1e-6 /* step of a finite difference, as a share of a state's size */
+#define SHARE 1e-6       /* step of a finite difference, as a share of a state's size */
+#define MOVED_SHARE 1e-8 /* least step, as a share of what a state moves in an integration step by its rate alone */
 
 /* Solves matrix times unknown = rhs by elimination with pivots; both are overwritten. */
 static void solve_in_place(double matrix[STATES][STATES], double *rhs)
@@ -42,7 +43,9 @@ static void part_of_step(double *x, const step *s, double begin, double end)
     at_share(s, begin, u);
     limited_rates(x, u, s->t + begin * s->h, s->p, base);
     for (int c = 0; c < STATES; c++) {
-        const double before = x[c], size = fabs(before), by = SHARE * (size > 1e-12 ? size : 1e-12);
+        const double before = x[c], size = fabs(before), of_size = SHARE * (size > 1e-12 ? size : 1e-12);
+        const double of_motion = MOVED_SHARE * fabs((end - begin) * s->h * base[c]);
+        const double by = of_motion > of_size ? of_motion : of_size;
         x[c] = before + by;
         limited_rates(x, u, s->t + begin * s->h, s->p, moved);
         x[c] = before;

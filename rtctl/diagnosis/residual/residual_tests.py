@@ -75,7 +75,8 @@ def run_residual_tests(
     analysis = analyse_residual(hypothesis, problem, ids, noise)
     tests, input_noise = run_score_tests(analysis), None
     doubted = problem.thresholds.residual.robust_below_p
-    if noise is None and not problem.allowed and min(one.p_value for one in tests) < doubted:
+    may_be_noise = noise is None and not problem.allowed and not analysis.is_quantized
+    if may_be_noise and min(one.p_value for one in tests) < doubted:
         found = find_input_noise(analysis)
         if found is not None:
             analysis, input_noise = found
