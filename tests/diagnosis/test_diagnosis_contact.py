@@ -64,6 +64,7 @@ SLOW = (
     "drive.delay",
     "actuator.backlash",
     "base.motion",
+    "stop.one_sided",
 )
 
 
@@ -91,7 +92,9 @@ def in_degrees(folder: Path) -> None:
         path.write_text(path.read_text().replace('"mm', '"deg'))
 
 
-@pytest.mark.parametrize("truth", ["stiffness.gravity", "stiffness.cubic"])
+@pytest.mark.parametrize(
+    "truth", ["stiffness.gravity", pytest.param("stiffness.cubic", marks=pytest.mark.slow)]
+)
 def test_a_pendulum_is_told_from_a_series_of_its_sine(truth: str, tmp_path: Path) -> None:
     """Half a millimetre is a radian; what is written are degrees."""
     gravity = {"coefficient": (1.2e4, K), "radian": (0.5, Z)}

@@ -50,6 +50,7 @@ def chances() -> list[float]:
     return sorted(examined(device(), seed).p_value for seed in range(12))
 
 
+@pytest.mark.slow
 def test_records_of_unequal_noise_show_nothing_wrong() -> None:
     """Of twelve fair p-values the least is below 0.005 in one of 17 cases."""
     assert chances()[0] > 0.005

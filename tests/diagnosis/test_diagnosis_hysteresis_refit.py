@@ -139,6 +139,7 @@ def few_levels():
     return late(problem), identified(problem)
 
 
+@pytest.mark.slow
 def test_loops_between_the_levels_of_few_are_put_right_behind_a_delay(few_levels):
     found = answer(*few_levels, ids=FEW)
     assert found.verdict == "explained"
@@ -240,6 +241,7 @@ def test_loops_do_not_hide_that_a_law_of_no_name_explains_more(few_levels, monke
     assert any("A law." in warning for warning in found.warnings)
 
 
+@pytest.mark.slow
 def test_one_may_stop_before_the_loops_are_put_right(few_levels):
     found = stopped_at("the static loops, learned anew: resistance", *few_levels, ids=FEW[:1])
     assert found.stopped

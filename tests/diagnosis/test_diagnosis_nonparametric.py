@@ -196,6 +196,7 @@ def test_causes_that_pass_are_asked_for_forces_along_the_past_of_the_motion() ->
     assert not report, "no law was fitted where nothing is suspected"
 
 
+@pytest.mark.slow
 def test_the_user_may_stop_that_comparison_and_hears_what_was_not_done() -> None:
     problem, nominal, named = braked("root")
     search = SearchResult(

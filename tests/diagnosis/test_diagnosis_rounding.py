@@ -65,6 +65,7 @@ def test_ring_downs_through_the_steps_show_nothing_wrong() -> None:
     assert smallest_of_six()[0] > 1e-2
 
 
+@pytest.mark.slow
 def test_without_the_error_of_the_steps_they_would() -> None:
     as_large_everywhere = ResidualThresholds(robust_below_excess=0.0, quantization_harmonics=0)
     assert smallest_of_six(as_large_everywhere)[2] < 1e-3

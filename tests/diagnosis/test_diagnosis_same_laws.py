@@ -23,7 +23,9 @@ def records(late_s: float) -> list[tuple[np.ndarray, np.ndarray, str]]:
 
 
 @pytest.mark.parametrize(
-    ("periods", "others"), [(0.4, ["drive.delay"]), (1.0, []), (1.4, [])], ids=["within", "end", "beyond"]
+    ("periods", "others"),
+    [(0.4, ["drive.delay"]), (1.0, []), pytest.param(1.4, [], marks=pytest.mark.slow)],
+    ids=["within", "end", "beyond"],
 )
 def test_rows_that_are_read_late_may_be_read_at_the_end_of_a_period_with_a_late_drive(
     tmp_path: Path, periods: float, others: list[str]
@@ -42,6 +44,7 @@ def test_rows_that_are_read_early_are_a_late_drive_or_these(tmp_path: Path) -> N
     assert cause["parameters"]["delay"]["value"] == pytest.approx(0.4 * PERIOD_S, rel=0.05)
 
 
+@pytest.mark.slow
 def test_where_the_skew_is_not_asked_for_the_delay_stands_alone(tmp_path: Path) -> None:
     (cause,) = answer_to(tmp_path, records(-0.4 * PERIOD_S), "drive.delay,sensor.offset")["causes"]
     assert (cause["id"], cause["indistinguishable_from"]) == ("drive.delay", [])

@@ -30,12 +30,16 @@ def answer(folder: Path, identity: str, **values: tuple[float, str]) -> dict[str
             "friction.coulomb", {"level": LEVEL, "transition_speed": (5.0, "mm/s")}, {"level", "transition_speed"},
             marks=pytest.mark.slow,
         ),
-        (
+        pytest.param(
             "friction.stribeck",
             {"level": LEVEL, "excess": (200.0, "mm/s^2"), "transition_speed": (10.0, "mm/s")},
             {"level", "excess", "transition_speed"},
+            marks=pytest.mark.slow,
         ),
-        ("friction.presliding", {"level": LEVEL, "displacement": (0.1, "mm")}, {"level", "displacement"}),
+        pytest.param(
+            "friction.presliding", {"level": LEVEL, "displacement": (0.1, "mm")}, {"level", "displacement"},
+            marks=pytest.mark.slow,
+        ),
         pytest.param("damping.quadratic", {"coefficient": (0.4, "1/mm")}, {"coefficient"}, marks=pytest.mark.slow),
         (
             "damping.power",

@@ -59,6 +59,7 @@ def test_an_unchanged_device_raises_no_alarm_and_a_wrong_estimate_is_no_change_o
     assert found[0].sample < 4000
 
 
+@pytest.mark.slow
 def test_a_delay_is_noticed_within_seconds_and_named_by_command_and_reading_alone(
     tmp_path: Path, model_file: Path
 ) -> None:
