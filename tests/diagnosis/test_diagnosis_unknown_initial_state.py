@@ -201,6 +201,7 @@ unit = "mm"
 """
 
 
+@pytest.mark.slow
 def test_the_hysteretic_benchmark_is_named_from_its_linear_model_and_its_numbers_are_found(
     tmp_path: Path,
 ) -> None:

@@ -50,6 +50,7 @@ def test_the_tutorial_names_what_the_bundled_beam_has_and_then_finds_nothing(tmp
     assert said == [f"{found['value']:.3g}"]
 
 
+@pytest.mark.slow
 def test_a_hidden_delay_is_named_and_the_loop_tracks_better_with_it(tmp_path: Path) -> None:
     assert len(VO2) == 2
     typed(VO2, tmp_path)

@@ -76,6 +76,7 @@ def test_where_the_time_constant_is_not_known_the_last_samples_tell() -> None:
     assert found.needed_s == pytest.approx(50e-3)
 
 
+@pytest.mark.slow
 def test_a_slow_device_is_not_run_with_a_model_of_the_way_and_is_identified_with_longer_holds(
     tmp_path: Path,
 ) -> None:

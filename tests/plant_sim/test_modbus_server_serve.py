@@ -141,9 +141,12 @@ def test_address_with_a_bracketed_host() -> None:
     assert parse_address("[::1]:5020") == ("::1", 5020)
 
 
-@pytest.mark.parametrize(
-    "address", ["5020", "localhost", ":5020", "localhost:", "localhost:x", "localhost:70000"]
-)
+def test_a_port_that_is_too_large_is_told_its_limit() -> None:
+    with pytest.raises(InputError, match="port 70000 is above 65535"):
+        parse_address("localhost:70000")
+
+
+@pytest.mark.parametrize("address", ["5020", "localhost", ":5020", "localhost:", "localhost:x"])
 def test_address_must_be_host_and_port(address: str) -> None:
     with pytest.raises(InputError, match="HOST:PORT"):
         parse_address(address)
