@@ -181,7 +181,7 @@ def test_a_live_run_replays_to_the_bit_too(tmp_path: Path, capsys: pytest.Captur
 
 def test_a_replay_needs_the_folder_of_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["replay", str(tmp_path)]) == 2
-    assert "a replay needs the folder of an rtctl run" in capsys.readouterr().err
+    assert "the folder of a run that has ended is needed" in capsys.readouterr().err
 
 
 def test_a_new_run_does_not_write_over_a_finished_one(
