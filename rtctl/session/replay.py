@@ -175,7 +175,9 @@ def _parquet(path: Path) -> tuple[dict[str, FloatArray], dict[str, str]]:
     import pyarrow.parquet as pq
 
     if not path.is_file():
-        raise InputError(f"{path}: missing; the folder of a run that has ended is needed (rtctl run ... --out DIR)")
+        raise InputError(
+            f"{path}: missing; the folder of a run that has ended is needed (rtctl run ... --out DIR)"
+        )
     table = pq.read_table(path)
     signals = {name: table[name].to_numpy().astype(np.float64) for name in table.column_names}
     metadata = {key.decode(): value.decode() for key, value in (table.schema.metadata or {}).items()}
