@@ -12,7 +12,11 @@ from case import run_case
 from judge import judged
 
 SMALL: dict[str, Any] = {"samples": 5000, "fit_records": 3, "test_records": 1, "samples_a_period": 25.0}
-NULLS = (200_000, 200_001, 200_002)
+NULLS = (
+    200_000,
+    pytest.param(200_001, marks=pytest.mark.slow),
+    pytest.param(200_002, marks=pytest.mark.slow),
+)
 HIDDEN = (
     pytest.param(200_010, ("friction.coulomb",), marks=pytest.mark.slow),
     (200_011, ("stiffness.cubic",)),
