@@ -52,10 +52,8 @@ def acting(
             return ""
         try:
             done.append(_stopped(stop) if policy is Policy.STOP else _derated(parameters(), change))
-        except (
-            InputError,
-            RunError,
-        ) as error:  # the run has just ended, or refuses: it is said, the watch goes on
+        except (InputError, RunError) as error:
+            # the run has just ended, or refuses: it is said, the watch goes on
             return f"{policy}: not done: {error}"
         return done[-1]
 

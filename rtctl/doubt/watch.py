@@ -189,9 +189,8 @@ class Watch:
                 near = int(np.argmin(np.max(np.abs(motions[:k] - motion), axis=1)))
                 reference.floor = np.fmax(reference.floor, 0.5 * (values - numbers[near]) ** 2)
             reference.add(motion, values, np.zeros_like(values))
-        if (
-            self._first is not None
-        ):  # what a drift adds to the windows of today is no reason to trust them less
+        if self._first is not None:
+            # what a drift adds to the windows of today is no reason to trust them less
             reference.floor, reference.model = self._first.floor, self._first.model
         self._first = self._first or reference
         self._reference = reference

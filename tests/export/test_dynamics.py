@@ -66,6 +66,21 @@ def test_the_linearised_oscillator_has_the_known_poles(tmp_path: Path) -> None:
     np.testing.assert_allclose(at_rest, [z, 0.0], atol=1e-9)
 
 
+def test_a_device_that_moves_by_nanometres_is_linearised_in_metres(tmp_path: Path) -> None:
+    """The cubic term is as large as the linear one at 2 nm; a step of a micrometre would see nothing else."""
+    model = tmp_path / "nano.toml"
+    model.write_text(
+        '[model]\nkind = "equations"\n[model.inputs]\nu = { unit = "m/s^2" }\n[model.states]\n'
+        'x = { unit = "m", rate = "v" }\nv = { unit = "m/s", rate = "u - k*x - k3*x^3" }\n'
+        '[model.outputs]\ny = { unit = "m", value = "x" }\n[model.parameters]\n'
+        'k = { value = 1e12, unit = "1/s^2" }\nk3 = { value = 2.5e29, unit = "1/(m^2*s^2)" }\n',
+        encoding="utf-8",
+    )
+    slopes = rtctl.dynamics(model).matrices([2e-9, 0.0])
+    np.testing.assert_allclose(slopes.A, [[0.0, 1.0], [-(1e12 + 3.0 * 2.5e29 * 4e-18), 0.0]], rtol=1e-3)
+    np.testing.assert_allclose((slopes.B, slopes.C.T), ([[0.0], [1.0]], [[1.0], [0.0]]), rtol=1e-3)
+
+
 def test_units_of_equations_are_those_of_their_file() -> None:
     made = rtctl.dynamics(EXAMPLES / "cascaded_tanks.toml")
     assert made.states == {"x1": "cm", "x2": "cm"}

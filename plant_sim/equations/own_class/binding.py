@@ -61,9 +61,7 @@ def _block(name: str, own: OwnFunction, model: EquationsTable) -> Block:
     of_members = model.states if name == RATES else model.outputs
     member_units = [of_members[one].unit for one in own.members]
     symbol, many = compiled_at_many(own.function, own.arguments, own.members, f"{model.python}.{name}")
-    many(
-        np.ones((max(len(own.arguments), 1), 1))
-    )  # says now, and not at the first step, what does not compile
+    many(np.ones((max(len(own.arguments), 1), 1)))  # what does not compile is said now, not at the first step
     return Block(
         symbol=symbol,
         members=own.members,

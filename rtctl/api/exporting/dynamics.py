@@ -19,8 +19,12 @@ if TYPE_CHECKING:
 
 Level = float | Callable[[float], float]
 """An input: a constant, or a function of the time [s]."""
-SHARE = 1e-6
-"""Step of a difference quotient as a share of a number's size: a central one is off by its square."""
+STEPS = 10.0 ** -np.arange(3.0, 14.0)
+"""Steps of a difference quotient that are tried, as shares of a number's size, or of 1 where it is smaller: how far a
+device moves is not known, a micromachined one moves by 1e-9 of its unit."""
+EPS = float(np.finfo(np.float64).eps)
+ROUNDINGS = 4.0
+"""Roundings of an argument by which the rounding of a law is seen."""
 
 
 class Linearised(NamedTuple):
@@ -200,13 +204,39 @@ def _at(levels: list[Level], t: float) -> FloatArray:
 
 
 def _slopes(law: Callable[[FloatArray], FloatArray], at: FloatArray) -> FloatArray:
-    """Return the slopes (values, arguments) of a law at a place, by central differences."""
-    columns = []
+    """Return the slopes (values, arguments) of a law at a place, by central differences.
+
+    Each is that of the step with the least error: how far the quotient differs from that of the next smaller step (a
+    curved law), and what rounding of the law's values does to it.
+    """
+    noise, columns = _rounding(law, at), []
     for k in range(len(at)):
-        step = SHARE * max(abs(float(at[k])), 1.0)
-        ends = [at.copy(), at.copy()]
-        ends[0][k] -= step
-        ends[1][k] += step
-        columns.append((law(ends[1]) - law(ends[0])) / (ends[1][k] - ends[0][k]))
-    rows = len(law(at))
-    return np.stack(columns, axis=1) if columns else np.zeros((rows, 0))
+        steps = STEPS * max(abs(float(at[k])), 1.0)
+        found = np.array([_quotient(law, at, k, step) for step in steps])
+        error = np.abs(np.diff(found, axis=0)) + noise / steps[:-1, None]
+        best = np.argmin(np.where(np.isfinite(error), error, np.inf), axis=0)
+        columns.append(np.take_along_axis(found, best[None], axis=0)[0])
+    return np.stack(columns, axis=1) if columns else np.zeros((len(noise), 0))
+
+
+def _quotient(law: Callable[[FloatArray], FloatArray], at: FloatArray, k: int, step: float) -> FloatArray:
+    """Return the central difference quotient (values,) of a law along one argument."""
+    below, above = at.copy(), at.copy()
+    below[k] -= step
+    above[k] += step
+    slope: FloatArray = (law(above) - law(below)) / (above[k] - below[k])
+    return slope
+
+
+def _rounding(law: Callable[[FloatArray], FloatArray], at: FloatArray) -> FloatArray:
+    """Return the rounding (values,) of a law at a place: what a few roundings of an argument change in it.
+
+    Where large terms cancel, as at rest, it is that of the terms and not of their sum.
+    """
+    noise = EPS * np.abs(law(at))
+    for k in range(len(at)):
+        below, above = at.copy(), at.copy()
+        below[k] *= 1.0 - ROUNDINGS * EPS
+        above[k] *= 1.0 + ROUNDINGS * EPS
+        noise = np.maximum(noise, np.abs(law(above) - law(below)))
+    return noise

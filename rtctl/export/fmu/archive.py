@@ -16,7 +16,7 @@ from rtctl.export.fmu.description import Described, build_description, model_des
 from rtctl.export.fmu.variables import tables, variables_of
 from rtctl.output.atomic_write import replacing
 
-SHARED = ("component.c", "component.h")
+SHARED = ("component.c", "component.h", "exported.h")
 OF_VERSION = {
     "3.0": ("fmi3.c", "fmi3_instance.h", "fmi3_types.h", "fmi3_unused.c"),
     "2.0": ("fmi2.c", "fmi2_types.h"),

@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "variables.h" /* places, kinds, names, starts: written for this plant */
@@ -96,9 +97,40 @@ const char *component_step(component *c, double now, double h)
     return plant_advance(&c->s.m, h);
 }
 
-const char *component_restore(component *c, const component_state *s)
+static const char *filled(void **copy, const void *bytes)
 {
-    c->s = *s;
-    c->stale = 0;
+    if (!*copy) *copy = malloc(COPY_BYTES);
+    if (!*copy) return "there is no memory for a copy of the state";
+    memcpy(*copy, bytes, COPY_BYTES);
     return 0;
+}
+
+const char *component_copy(const component *c, void **copy) { return filled(copy, &c->s); }
+
+const char *component_restore(component *c, const void *copy)
+{
+    if (!copy) return "there is no state to restore";
+    memcpy(&c->s, copy, COPY_BYTES);
+    c->stale = 1; /* inputs may have been set between the last outputs and the copy */
+    return 0;
+}
+
+void component_free_copy(void **copy)
+{
+    if (!copy) return;
+    free(*copy);
+    *copy = 0;
+}
+
+const char *component_serialize(const void *copy, void *bytes, size_t size)
+{
+    if (size < COPY_BYTES) return "the array for the serialised state is too short";
+    memcpy(bytes, copy, COPY_BYTES);
+    return 0;
+}
+
+const char *component_deserialize(void **copy, const void *bytes, size_t size)
+{
+    if (size != COPY_BYTES) return "a serialised state of another size is not of this FMU";
+    return filled(copy, bytes);
 }

@@ -17,6 +17,8 @@ typedef struct {
     double mode;
 } component_state;
 
+#define COPY_BYTES sizeof(component_state)
+
 typedef struct {
     component_state s;
     int stale;         /* whether an input or a parameter changed since outputs were computed */
@@ -29,7 +31,13 @@ const char *component_set(component *c, const unsigned *references, size_t count
 const char *component_initialize(component *c, double start);
 const char *component_begin(component *c);
 const char *component_step(component *c, double now, double h);
-const char *component_restore(component *c, const component_state *s);
+
+/* A copy of the state: made where *copy is 0, else overwritten; put back; freed; to and from COPY_BYTES bytes. */
+const char *component_copy(const component *c, void **copy);
+const char *component_restore(component *c, const void *copy);
+void component_free_copy(void **copy);
+const char *component_serialize(const void *copy, void *bytes, size_t size);
+const char *component_deserialize(void **copy, const void *bytes, size_t size);
 
 /* Sets all variables to their start values. */
 void component_reset(component *c);

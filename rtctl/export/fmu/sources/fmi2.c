@@ -3,16 +3,9 @@
 #include <string.h>
 
 #include "component.h"
+#include "exported.h"
 #include "fmi2_types.h"
 #include "token.h" /* TOKEN, written for this plant */
-
-#if defined _WIN32
-#define EXPORT __declspec(dllexport)
-#elif defined __GNUC__
-#define EXPORT __attribute__((visibility("default")))
-#else
-#define EXPORT
-#endif
 
 typedef struct {
     component c;
@@ -125,49 +118,37 @@ NO_VARIABLES(String)
 EXPORT fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
 {
     instance *i = c;
-    if (!*state) *state = malloc(sizeof i->c.s);
-    if (!*state) return told(i, "there is no memory for a copy of the state");
-    memcpy(*state, &i->c.s, sizeof i->c.s);
-    return fmi2OK;
+    return told(i, component_copy(&i->c, state));
 }
 
 EXPORT fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
 {
     instance *i = c;
-    return state ? told(i, component_restore(&i->c, state)) : told(i, "there is no state to restore");
+    return told(i, component_restore(&i->c, state));
 }
 
 EXPORT fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state)
 {
     (void)c;
-    if (state) {
-        free(*state);
-        *state = 0;
-    }
+    component_free_copy(state);
     return fmi2OK;
 }
 
 EXPORT fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size)
 {
     (void)c; (void)state;
-    *size = sizeof(component_state);
+    *size = COPY_BYTES;
     return fmi2OK;
 }
 
 EXPORT fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
 {
-    if (size < sizeof(component_state)) return told(c, "the array for the serialised state is too short");
-    memcpy(bytes, state, sizeof(component_state));
-    return fmi2OK;
+    return told(c, component_serialize(state, bytes, size));
 }
 
 EXPORT fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state)
 {
-    if (size != sizeof(component_state)) return told(c, "a serialised state of another size is not of this FMU");
-    if (!*state) *state = malloc(sizeof(component_state));
-    if (!*state) return told(c, "there is no memory for a copy of the state");
-    memcpy(*state, bytes, sizeof(component_state));
-    return fmi2OK;
+    return told(c, component_deserialize(state, bytes, size));
 }
 
 EXPORT fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknown[], size_t unknowns,

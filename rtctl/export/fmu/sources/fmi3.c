@@ -90,49 +90,37 @@ EXPORT fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], 
 EXPORT fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state)
 {
     instance *i = c;
-    if (!*state) *state = malloc(sizeof i->c.s);
-    if (!*state) return told(i, "there is no memory for a copy of the state");
-    memcpy(*state, &i->c.s, sizeof i->c.s);
-    return fmi3OK;
+    return told(i, component_copy(&i->c, state));
 }
 
 EXPORT fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state)
 {
     instance *i = c;
-    return state ? told(i, component_restore(&i->c, state)) : told(i, "there is no state to restore");
+    return told(i, component_restore(&i->c, state));
 }
 
 EXPORT fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state)
 {
     (void)c;
-    if (state) {
-        free(*state);
-        *state = 0;
-    }
+    component_free_copy(state);
     return fmi3OK;
 }
 
 EXPORT fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t *size)
 {
     (void)c; (void)state;
-    *size = sizeof(component_state);
+    *size = COPY_BYTES;
     return fmi3OK;
 }
 
 EXPORT fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[], size_t size)
 {
-    if (size < sizeof(component_state)) return told(c, "the array for the serialised state is too short");
-    memcpy(bytes, state, sizeof(component_state));
-    return fmi3OK;
+    return told(c, component_serialize(state, bytes, size));
 }
 
 EXPORT fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size, fmi3FMUState *state)
 {
-    if (size != sizeof(component_state)) return told(c, "a serialised state of another size is not of this FMU");
-    if (!*state) *state = malloc(sizeof(component_state));
-    if (!*state) return told(c, "there is no memory for a copy of the state");
-    memcpy(*state, bytes, sizeof(component_state));
-    return fmi3OK;
+    return told(c, component_deserialize(state, bytes, size));
 }
 
 EXPORT fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 now, fmi3Float64 h, fmi3Boolean no_way_back,

@@ -2,15 +2,8 @@
 #define FMI3_INSTANCE_H
 
 #include "component.h"
+#include "exported.h"
 #include "fmi3_types.h"
-
-#if defined _WIN32
-#define EXPORT __declspec(dllexport)
-#elif defined __GNUC__
-#define EXPORT __attribute__((visibility("default")))
-#else
-#define EXPORT
-#endif
 
 typedef struct {
     component c;
