@@ -103,6 +103,35 @@ def test_a_restored_state_goes_on_to_the_bit(unit: rtctl.ExportedFmu) -> None:
         one.freeInstance()
 
 
+@pytest.mark.parametrize("version", ["3.0", "2.0"])
+def test_an_input_that_was_set_before_a_copy_counts_after_it(version: str, tmp_path: Path) -> None:
+    model = tmp_path / "through.toml"
+    model.write_text(
+        '[model]\nkind = "equations"\n[model.inputs]\nu = { unit = "V" }\n[model.states]\n'
+        'x = { unit = "V", rate = "(u - x)/tau" }\n[model.outputs]\ny = { unit = "V", value = "x + 2*u" }\n'
+        '[model.parameters]\ntau = { value = 1.0, unit = "s" }\n',
+        encoding="utf-8",
+    )
+    made = rtctl.export_fmu(model, tmp_path / "through.fmu", version=version)
+    description = fmpy.read_model_description(str(made.path))
+    references = {one.name: one.valueReference for one in description.modelVariables}
+    one = fmpy.instantiate_fmu(fmpy.extract(str(made.path)), description, "CoSimulation")
+    is_3 = version == "3.0"
+    set_to, get = (one.setFloat64, one.getFloat64) if is_3 else (one.setReal, one.getReal)
+    if not is_3:
+        one.setupExperiment(startTime=0.0)
+    one.enterInitializationMode()
+    one.exitInitializationMode()
+    set_to([references["u"]], [3.0])
+    copy = one.getFMUState() if is_3 else one.getFMUstate()
+    set_to([references["u"]], [5.0])
+    assert get([references["y"]]) == [10.0]
+    (one.setFMUState if is_3 else one.setFMUstate)(copy)
+    assert get([references["y"]]) == [6.0]
+    one.terminate()
+    one.freeInstance()
+
+
 def test_parameters_are_tuned_while_it_runs(unit: rtctl.ExportedFmu) -> None:
     given = {"drive": 1.0, "friction.coulomb.level": 0.0, "stiffness": 5000.0, "stiffness_cubic": 0.0}
     ran = fmpy.simulate_fmu(str(unit.path), stop_time=8.0, output=["displacement"], start_values=given)
