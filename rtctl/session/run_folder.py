@@ -80,7 +80,7 @@ class RunFolder:
         folder.mkdir(parents=True, exist_ok=True)
         if (aside := set_aside(folder)) is not None:
             self.report(f"the recording of a run that was killed is now in {aside}: rtctl recover {aside}")
-        if self.keeps_earlier and (aside := _set_finished_aside(folder)) is not None:
+        if self.keeps_earlier and (aside := set_finished_aside(folder)) is not None:
             self.report(f"{folder} held a run: it is now in {aside}")
         (folder / "summary.json").unlink(missing_ok=True)  # of an earlier run in the same folder
         if self.model is not None and self.model.resolve() != (folder / MODEL).resolve():
@@ -174,7 +174,7 @@ def set_aside(folder: Path) -> Path | None:
     return _moved(folder, "interrupted", (SIGNALS, TIMING, EVENTS, MODEL))
 
 
-def _set_finished_aside(folder: Path) -> Path | None:
+def set_finished_aside(folder: Path) -> Path | None:
     """Move a run that has ended into a folder of its own, with a copy of its model; return that folder, or None."""
     if not (folder / FINISHED[0]).is_file():
         return None

@@ -17,10 +17,11 @@ from rtctl.api.runs.running import run
 from rtctl.border.errors import InputError
 from rtctl.export.c.folder import read_manifest
 from rtctl.export.c.laws.planning import law_of
+from rtctl.export.c.proof import machines
 from rtctl.export.c.proof.comparison import differences, prove
 from rtctl.export.c.proof.corners import corner_rows
 from rtctl.export.c.proof.in_python import PythonLaw
-from rtctl.export.c.proof.machines import MACHINES, REALS, build, missing
+from rtctl.export.c.proof.machines import MACHINES, REALS, build, emulated, missing
 from rtctl.export.c.proof.machines import run as run_on
 from rtctl.export.c.translated import translated
 from rtctl.models.vo2 import write_model
@@ -123,6 +124,21 @@ def test_what_cannot_be_exported_is_named(
 ) -> None:
     with pytest.raises(InputError, match=what):
         export_c(scenario, model=model, settings=settings, out=tmp_path)
+
+
+def test_an_emulator_that_computes_nothing_leaves_no_proof_of_an_earlier_run(tmp_path: Path) -> None:
+    left = tmp_path / "out.bin"
+    left.write_bytes(b"of a run before")
+    with pytest.raises(InputError, match=r"board: the emulator computed nothing \(exit 3\): no such machine"):
+        emulated(["sh", "-c", "echo no such machine >&2; exit 3"], left, "board")
+    assert not left.exists()
+    assert emulated(["sh", "-c", "printf bits > out.bin"], left, "board") == b"bits"
+
+
+def test_an_emulator_that_hangs_is_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(machines, "LONGEST_S", 0.2)
+    with pytest.raises(InputError, match=r"board: the emulator was stopped after 0\.2 s"):
+        emulated(["sleep", "20"], tmp_path / "out.bin", "board")
 
 
 def test_a_missing_compiler_is_one_message(monkeypatch: pytest.MonkeyPatch) -> None:

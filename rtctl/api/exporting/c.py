@@ -104,7 +104,7 @@ def run_on_board(
             device in lockstep.
         board: Folder of `export_c`, of the same scenario and model.
         model: Model file; None: the one that the scenario names.
-        out: Folder of the results: `summary.json`, `signals.parquet`, `run.png`.
+        out: Folder of the results: `summary.json`, `signals.parquet`, `run.png`; a run that it holds is moved aside.
         settings: Further keys of the scenario to override.
 
     Raises:
@@ -115,6 +115,7 @@ def run_on_board(
     from rtctl.export.c.folder import digest, read_manifest
     from rtctl.recording import write_parquet
     from rtctl.session.run_files import draw_run
+    from rtctl.session.run_folder import set_finished_aside
     from rtctl.wiring import model_of, model_path
 
     loaded = load_scenario(scenario, settings)
@@ -132,6 +133,7 @@ def run_on_board(
     result = run_emulated(place, loaded.scenario, content, str(port)).result
     folder = path_of("out", out)
     folder.mkdir(parents=True, exist_ok=True)
+    set_finished_aside(folder)
     write_parquet(
         folder / "signals.parquet", result.signals, result.units, {"program": "rtctl", "board": str(place)}
     )

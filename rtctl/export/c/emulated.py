@@ -17,7 +17,7 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import Fault, InputError
 from rtctl.evaluation.summary import summarise
-from rtctl.export.c.proof.machines import LONGEST_S, MACHINES, missing
+from rtctl.export.c.proof.machines import MACHINES, emulated, missing
 from rtctl.export.c.proof.recorded import input_dtype, output_dtype
 from rtctl.loop.step import upcoming_setpoints
 from rtctl.loop.supervisor import LoopOutcome, signal_columns
@@ -78,16 +78,11 @@ def run_emulated(folder: Path, scenario: Scenario, model: Any, port: str) -> Emu
     head = struct.pack("<5I", period_us, 1, 0, ANSWER_TIMEOUT_US, len(setpoints))
     plan = np.stack((setpoints, upcoming), axis=1).astype(np.float32)
     (build / "plan.bin").write_bytes(head + plan.tobytes())
-    (build / "told.bin").unlink(missing_ok=True)
     command = [
         *MACHINES["m4f"].emulator, "-display", "none", "-monitor", "none", "-chardev", f"serial,id=line,path={port}",
         "-serial", "chardev:line", "-semihosting-config", "enable=on,target=native", "-kernel", "loop.elf",
     ]  # fmt: skip
-    ran = subprocess.run(command, cwd=build, capture_output=True, text=True, timeout=LONGEST_S, check=False)
-    told = build / "told.bin"
-    if not told.is_file():
-        raise InputError(f"the emulator did not run: {ran.stderr.strip()}")
-    rows = np.frombuffer(told.read_bytes(), dtype=_row_dtype())
+    rows = np.frombuffer(emulated(command, build / "told.bin", MACHINES["m4f"].title), dtype=_row_dtype())
     fault = int(rows["out"]["fault"][-1])
     units = dict(signal_columns(scenario.profile, chain.estimator, chain.controller))
     signals = _signals(rows[:-1], list(units))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import subprocess
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -90,11 +91,8 @@ def run(program: Path, machine: Machine, rows: Rows, precision: str) -> Rows:
     """Return the outputs of a program for inputs (n,). Raises InputError if it ends early."""
     if machine.emulator:
         (program.parent / "in.bin").write_bytes(rows.tobytes())
-        subprocess.run(
-            [*machine.emulator, *EMULATED, "-kernel", program.name],
-            cwd=program.parent, capture_output=True, timeout=LONGEST_S, check=False,
-        )  # fmt: skip
-        raw = (program.parent / "out.bin").read_bytes()
+        command = [*machine.emulator, *EMULATED, "-kernel", program.name]
+        raw = emulated(command, program.parent / "out.bin", machine.title)
     else:
         raw = subprocess.run(
             [str(program.resolve())], input=rows.tobytes(), capture_output=True, check=False
@@ -102,4 +100,24 @@ def run(program: Path, machine: Machine, rows: Rows, precision: str) -> Rows:
     found = np.frombuffer(raw, dtype=output_dtype(REALS[precision]))
     if len(found) != len(rows):
         raise InputError(f"{machine.title}: the program gave {len(found)} outputs for {len(rows)} inputs")
+    return found
+
+
+def emulated(command: Sequence[str], written: Path, title: str) -> bytes:
+    """Run an emulator in the folder of a file, and return what it has written there; what stood there before is gone.
+
+    Raises:
+        InputError: It did not end, or wrote nothing; it names the machine by its `title`.
+    """
+    written.unlink(missing_ok=True)
+    try:
+        ran = subprocess.run(
+            command, cwd=written.parent, capture_output=True, text=True, timeout=LONGEST_S, check=False
+        )
+    except subprocess.TimeoutExpired:
+        raise InputError(f"{title}: the emulator was stopped after {LONGEST_S:g} s") from None
+    if not written.is_file() or not (found := written.read_bytes()):
+        raise InputError(
+            f"{title}: the emulator computed nothing (exit {ran.returncode}): {ran.stderr.strip()}"
+        )
     return found
