@@ -19,11 +19,11 @@ class Film:
     """A read-out that is stepped; `relays` is the part of its output that has memory."""
 
     def __init__(self, model: PreisachModel) -> None:
-        self.model, self.state = model, model.initial_state(0.0)
+        self.model, self.params, self.state = model, model.params, model.initial_state(0.0)
         self.y = self.relays = 0.0
 
     def at(self, v: float) -> float:
-        self.y = preisach_step(self.state, v, self.model.params).y
+        self.y = preisach_step(self.state, v, self.params).y
         self.relays = self.y - self.model.c - v * (self.model.c1 + self.model.c2 * v)
         return self.y
 
@@ -79,10 +79,12 @@ def dense(
     def temperature(s: float) -> float:
         return float(brentq(lambda x: x * (1 + known * loss * x) / (1 + known * tcr * x) - s, 0.0, 500.0))
 
+    metal, cold = 1 / model.resistance.low, 1 / model.resistance.high
+    coldest = temperature(model.current.low**2)
+
     def of_the_mixture(y: float, seen: float, T: float) -> float:
         """-ln R at T of a film whose metal is that of y and `seen`: conductances to the power n, or logarithms, add."""
-        metal, cold = 1 / model.resistance.low, 1 / model.resistance.high
-        then, now = (cold * np.exp(activation * (x - temperature(model.current.low**2))) for x in (seen, T))
+        then, now = (cold * np.exp(activation * (x - coldest)) for x in (seen, T))
         if mixing == 0.0:
             share = (y - np.log(then)) / np.log(metal / then)
             return float((1 - share) * np.log(now) + share * np.log(metal))
