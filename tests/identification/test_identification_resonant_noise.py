@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import lfilter
 
 from rtctl.identification.noise.residual_noise import fit_noise_in_parts
-from rtctl.identification.noise.resonant_part import Resonance
+from rtctl.identification.noise.resonant_part import HIGHEST, Resonance, deviance, shape
 
 PERIOD_S = 1e-3
 RESONANCE = Resonance(60.0, 0.01)
@@ -52,3 +52,26 @@ def test_white_noise_has_no_peak() -> None:
     for _ in range(20):
         series = [rng.standard_normal((1, 5000))]
         assert not fit_noise_in_parts(series, PERIOD_S, (RESONANCE,), slow=False).resonant
+
+
+@pytest.mark.parametrize("ratio", [1e-4, 0.01, 0.4])
+@pytest.mark.parametrize("at", [0.002, 0.06, 0.4])
+def test_the_compiled_deviance_is_that_of_the_spectrum(at: float, ratio: float) -> None:
+    rng = np.random.default_rng(7)
+    frequency = np.sort(at * rng.uniform(0.9, 1.1, 200))
+    number = rng.integers(1, 9, 200).astype(float)
+    power = number * rng.exponential(1.0, 200)
+    half = np.pi * frequency
+    for unknown in (np.array([1.0, 0.01, 0.2]), np.array([-2.0, -0.05, -1.0])):
+        spectrum = shape(unknown, at, ratio, frequency)
+        total = number.sum() + 700.0
+        floor = (np.sum(power / spectrum) + 650.0) / total
+        expected = 2.0 * (total * np.log(floor) + np.sum(number * np.log(spectrum)))
+        found = deviance(unknown, at, ratio, np.sin(half), np.cos(half), power, number, 650.0, 700.0)
+        assert found == pytest.approx(expected, rel=1e-9, abs=1e-6)
+
+
+@pytest.mark.parametrize("unknown", [(1.0, 0.31, 0.0), (1.0, 0.0, 2.4), (np.log(HIGHEST) + 0.1, 0.0, 0.0)])
+def test_beyond_its_range_there_is_no_peak(unknown: tuple[float, ...]) -> None:
+    one = np.ones(3)
+    assert deviance(np.array(unknown), 0.06, 0.01, 0.1 * one, one, one, one, 1.0, 1.0) == np.inf

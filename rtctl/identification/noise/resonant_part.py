@@ -25,6 +25,7 @@ from scipy.optimize import minimize
 from scipy.signal import lfilter
 
 from rtctl.border.arrays import FloatArray
+from rtctl.border.kernels import kernel
 
 WIDEST = 60.0
 """Bandwidths about the resonance outside which the spectrum is taken as flat."""
@@ -63,7 +64,7 @@ class ResonantPart(NamedTuple):
         return found
 
 
-class _Spectrum(NamedTuple):
+class Spectrum(NamedTuple):
     """Periodograms in cells, each (cells,)."""
 
     frequency: FloatArray
@@ -97,17 +98,13 @@ def fit_resonant_part(
     if near.number.sum() < 2.0 * CELLS_A_BANDWIDTH:
         return None
 
-    def deviance(unknown: FloatArray) -> float:
-        shape = _shape(unknown, at, resonance.damping_ratio, near.frequency)
-        if shape is None:
-            return math.inf
-        floor = (np.sum(near.power / shape) + rest.power[0]) / (near.number.sum() + rest.number[0])
-        return 2.0 * float(
-            (near.number.sum() + rest.number[0]) * np.log(floor) + np.sum(near.number * np.log(shape))
-        )
-
+    half = math.pi * near.frequency
+    known = (
+        at, resonance.damping_ratio, np.sin(half), np.cos(half), near.power, near.number,
+        float(rest.power[0]), float(rest.number[0]),
+    )  # fmt: skip
     starts = [np.array([math.log(peak), 0.0, 0.0]) for peak in PEAKS]
-    best = min((minimize(deviance, one, method="Nelder-Mead", options={"maxfev": 150}) for one in starts),
+    best = min((minimize(deviance, one, known, method="Nelder-Mead", options={"maxfev": 150}) for one in starts),
                key=lambda found: found.fun)  # fmt: skip
     total = near.number.sum() + rest.number[0]
     flat = 2.0 * float(total * np.log((near.power.sum() + rest.power[0]) / total))
@@ -116,7 +113,7 @@ def fit_resonant_part(
     return _factorised(best.x, at, resonance.damping_ratio, near, rest)
 
 
-def _near(series: Sequence[FloatArray], at: float, width: float) -> tuple[_Spectrum, _Spectrum]:
+def _near(series: Sequence[FloatArray], at: float, width: float) -> tuple[Spectrum, Spectrum]:
     """Return the spectrum about a frequency in cells, and the rest as one cell."""
     low, high = max(at - WIDEST * width, 0.0), min(at + WIDEST * width, 0.5)
     cells = max(1, round((high - low) / width * CELLS_A_BANDWIDTH))
@@ -134,29 +131,78 @@ def _near(series: Sequence[FloatArray], at: float, width: float) -> tuple[_Spect
         rest_power += float(spectrum[~inside].sum())
         rest_count += float(np.count_nonzero(~inside))
     seen = count > 0.0
-    near = _Spectrum(frequency[seen] / count[seen], power[seen], count[seen])
-    return near, _Spectrum(np.zeros(1), np.array([rest_power]), np.array([rest_count]))
+    near = Spectrum(frequency[seen] / count[seen], power[seen], count[seen])
+    return near, Spectrum(np.zeros(1), np.array([rest_power]), np.array([rest_count]))
 
 
-def _poles(unknown: FloatArray, at: float, ratio: float) -> FloatArray | None:
-    """Return A's coefficients of [log height, shift, log stretch]; None where they are out of range."""
-    height, shift, stretch = unknown
-    if abs(shift) > MOST_SHIFT or abs(stretch) > math.log(MOST_STRETCH) or height > math.log(HIGHEST):
-        return None
+# 9 parameters because a kernel takes its arrays one by one
+@kernel
+def deviance(  # noqa: PLR0913
+    unknown: FloatArray, at: float, ratio: float, sines: FloatArray, cosines: FloatArray,
+    power: FloatArray, number: FloatArray, rest_power: float, rest_number: float,
+) -> float:  # fmt: skip
+    """Return Whittle's deviance of [log height, shift, log stretch] with the best floor; infinite out of range.
+
+    It is that of `shape`, of which |A|^2 is written by its pair of poles rho e^(+-i theta), without cancellation:
+
+        |A|^2 = ((1 - rho)^2 + 4 rho sin^2((w - theta) / 2)) ((1 - rho)^2 + 4 rho sin^2((w + theta) / 2))
+
+    Args:
+        unknown: (3,).
+        at: Frequency of the device's resonance [periods a sample].
+        ratio: Its damping ratio.
+        sines: sin(w / 2) of the cells.
+        cosines: cos(w / 2) of the cells.
+        power: Their sums of periodograms.
+        number: Their numbers of values.
+        rest_power: Sum of the periodograms elsewhere, where the spectrum is flat.
+        rest_number: Number of values there.
+    """
+    radius, angle = pole(unknown[1], unknown[2], at, ratio)
+    if not radius > 0.0 or unknown[0] > math.log(HIGHEST):
+        return math.inf
+    middle = math.pi * at * (1.0 + unknown[1])
+    sine, cosine = math.sin(0.5 * angle), math.cos(0.5 * angle)
+    height = math.exp(unknown[0]) * _square_of_pair(radius, sine, cosine, math.sin(middle), math.cos(middle))
+    over_floor, logarithms, count = rest_power, 0.0, rest_number
+    for k in range(power.size):
+        one = 1.0 + height / _square_of_pair(radius, sine, cosine, sines[k], cosines[k])
+        over_floor += power[k] / one
+        logarithms += number[k] * math.log(one)
+        count += number[k]
+    return 2.0 * (count * math.log(over_floor / count) + logarithms)
+
+
+@kernel
+def pole(shift: float, stretch: float, at: float, ratio: float) -> tuple[float, float]:
+    """Return radius and angle of the poles of a shifted and stretched resonance; a radius of 0 out of range."""
+    if abs(shift) > MOST_SHIFT or abs(stretch) > math.log(MOST_STRETCH):
+        return 0.0, 0.0
     zeta = min(ratio * math.exp(stretch), 0.9)
     angle = 2.0 * math.pi * at * (1.0 + shift)
-    radius = math.exp(-zeta * angle)
-    return np.array([-2.0 * radius * math.cos(angle * math.sqrt(1.0 - zeta * zeta)), radius * radius])
+    return math.exp(-zeta * angle), angle * math.sqrt(1.0 - zeta * zeta)
 
 
-def _shape(unknown: FloatArray, at: float, ratio: float, frequencies: FloatArray) -> FloatArray | None:
-    """Return 1 + r / |A|^2, the peak of r / |A|^2 being exp(unknown[0])."""
-    poles = _poles(unknown, at, ratio)
-    if poles is None:
-        return None
+@kernel
+def _square_of_pair(radius: float, sine: float, cosine: float, at_sine: float, at_cosine: float) -> float:
+    """Return |A|^2 at w of a pair of poles, by sine and cosine of half their angle, and of w / 2."""
+    left, right = at_sine * cosine - at_cosine * sine, at_sine * cosine + at_cosine * sine
+    gap = (1.0 - radius) * (1.0 - radius)
+    return (gap + 4.0 * radius * left * left) * (gap + 4.0 * radius * right * right)
+
+
+def shape(unknown: FloatArray, at: float, ratio: float, frequencies: FloatArray) -> FloatArray:
+    """Return 1 + r / |A|^2 (n,) of [log height, shift, log stretch], the peak of r / |A|^2 being exp(unknown[0])."""
+    poles = _coefficients(unknown, at, ratio)
     least = _square(poles, np.array([at * (1.0 + unknown[1])]))[0]
     made: FloatArray = 1.0 + math.exp(float(unknown[0])) * least / _square(poles, frequencies)
     return made
+
+
+def _coefficients(unknown: FloatArray, at: float, ratio: float) -> FloatArray:
+    """Return A's coefficients (2,)."""
+    radius, angle = pole(float(unknown[1]), float(unknown[2]), at, ratio)
+    return np.array([-2.0 * radius * math.cos(angle), radius * radius])
 
 
 def _square(coefficients: FloatArray, frequencies: FloatArray) -> FloatArray:
@@ -167,13 +213,12 @@ def _square(coefficients: FloatArray, frequencies: FloatArray) -> FloatArray:
 
 
 def _factorised(
-    unknown: FloatArray, at: float, ratio: float, near: _Spectrum, rest: _Spectrum
+    unknown: FloatArray, at: float, ratio: float, near: Spectrum, rest: Spectrum
 ) -> tuple[ResonantPart, float] | None:
     """Return |A|^2 + r as v |C|^2 with C stable, and the variance of the innovation."""
-    poles, shape = _poles(unknown, at, ratio), _shape(unknown, at, ratio, near.frequency)
-    if poles is None or shape is None:
-        return None
-    floor = (np.sum(near.power / shape) + rest.power[0]) / (near.number.sum() + rest.number[0])
+    poles = _coefficients(unknown, at, ratio)
+    over_floor = near.power / shape(unknown, at, ratio, near.frequency)
+    floor = (np.sum(over_floor) + rest.power[0]) / (near.number.sum() + rest.number[0])
     share = math.exp(float(unknown[0])) * _square(poles, np.array([at * (1.0 + unknown[1])]))[0]
     a_1, a_2 = poles
     ends = [a_2, a_1 * (1.0 + a_2), 1.0 + a_1 * a_1 + a_2 * a_2 + share]
