@@ -51,3 +51,8 @@ def test_units_that_take_no_prefix_stay_and_the_others_fit_their_size(
 )  # fmt: skip
 def test_units_are_printed_with_their_signs(unit: str, printed: str) -> None:
     assert printed_unit(unit) == printed
+
+
+def test_a_number_of_few_digits_has_no_power_of_ten() -> None:
+    assert readable(1.9e-4, "um", 2) == "190 pm"
+    assert readable(12345.0, "rad", 2) == "1.2e+04 rad"

@@ -69,6 +69,8 @@ class Watch:
         self.windows = 0
         self.blind = 0
         """Windows that moved too little to tell how the device answers."""
+        self.compared = 0
+        """Windows that were compared with those before."""
         n = len(belief.directions)
         self._errors = np.concatenate([np.full(n, belief.reading_error), np.full(n, belief.output_error)])
         self._past: list[Window] = []
@@ -169,7 +171,12 @@ class Watch:
             )  # fmt: skip
         if len(self._past) == LEARNED:
             self._begin()
-            yield Finding("learned", window.last, window.first, f"{LEARNED} windows are the past")
+            yield Finding(
+                "learned",
+                window.last,
+                window.first,
+                f"{LEARNED} windows are learned: later ones are compared with them",
+            )
 
     def _begin(self) -> None:
         numbers = np.array([self._numbers(one) for one in self._past])
@@ -205,6 +212,7 @@ class Watch:
     def _compare(self, window: Window) -> Iterator[Finding]:
         reference = self._reference
         assert reference is not None
+        self.compared += 1
         numbers = self._numbers(window)
         found = reference.compare(window.motion, numbers)
         self.z = found.z

@@ -23,6 +23,8 @@ _POWERS = str.maketrans("0123456789-.", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻·")
 
 _HANDY = (0.01, 1e4)
 """Numbers that a unit of several factors keeps."""
+_PLAIN = 1e4
+"""Size below which a number is written without a power of ten."""
 
 
 class Scaled(NamedTuple):
@@ -38,7 +40,13 @@ class Scaled(NamedTuple):
     def text(self, value: float, digits: int = 4) -> str:
         """Return a value of the old unit as `0.42 mm` in the new one."""
         plain = "" if self.unit in ("", "1", "dimensionless") else f" {self.unit}"
-        return f"{self.of(value):.{digits}g}{plain}"
+        return f"{_rounded(self.of(value), digits)}{plain}"
+
+
+def _rounded(value: float, digits: int) -> str:
+    """Return a number with so many digits: 190, not 1.9e+02; a large one with its power of ten."""
+    text = f"{value:.{digits}g}"
+    return f"{float(text):.12g}" if math.isfinite(value) and abs(value) < _PLAIN else text
 
 
 def readable_unit(size: float, unit: str) -> Scaled:

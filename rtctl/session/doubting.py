@@ -209,6 +209,7 @@ def summary_of(doubted: Doubted) -> dict[str, Any]:
         "period_s": doubted.period_s,
         "state": watch.state,
         "windows": watch.windows,
+        "windows_compared": watch.compared,
         "windows_too_still": watch.blind,
         "findings": [as_json(one) for one in doubted.findings],
         "isolability": watch.isolability(),

@@ -11,6 +11,7 @@ import pytest
 
 import rtctl
 import rtctl.session.run_files
+from rtctl.cli import main
 from rtctl.doubt.belief import Direction, Named, Predicted, Rows
 from rtctl.doubt.naming import answer_of
 from rtctl.doubt.policy import Policy, acting
@@ -203,3 +204,12 @@ def test_the_free_run_is_the_simulation(model_file: Path) -> None:
     for k, level in enumerate((4.0, 7.0, 5.5, 8.0, 6.0)):
         expected = preisach_step(state, level, model.deflection_preisach.params).y
         assert whole[1][200 * k + 199] == pytest.approx(expected, abs=1e-6)
+
+
+def test_a_run_that_is_too_short_says_that_nothing_is_known(
+    tmp_path: Path, model_file: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    settings = ["scenario.duration=9 s", "driver.seed=42"]
+    rtctl.run("multisine_1_10hz", model=model_file, settings=settings, out=tmp_path / "run")
+    assert main(["doubt", str(tmp_path / "run")]) == 2
+    assert "nothing is known of the device: of 9 windows of 1 s" in capsys.readouterr().out

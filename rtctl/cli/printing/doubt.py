@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from rtctl.doubt.watch import Finding
+from rtctl.doubt.watch import LEARNED, WINDOW_S, Finding
 
 
 def finding_line(finding: Finding, done: str) -> str:
@@ -14,10 +14,22 @@ def finding_line(finding: Finding, done: str) -> str:
     return f"sample {finding.sample} (since {finding.since}): {finding.kind}: {finding.message}{acted}"
 
 
+def _verdict(windows: int, compared: int, found: int) -> str:
+    """Return what is known of the device, and from how much."""
+    seconds = f"{windows} windows of {WINDOW_S:g} s"
+    if not compared and not found:
+        return (
+            f"nothing is known of the device: of {seconds} the first {LEARNED + 1} are warm-up and past, and none is "
+            f"left to be compared with them; run for longer than {(LEARNED + 2) * WINDOW_S:g} s"
+        )
+    told = f"{found} finding{'s' if found > 1 else ''}" if found else "the device is its model"
+    return f"{told}: {compared} of {seconds} were compared with those before"
+
+
 def summary_lines(summary: Mapping[str, Any]) -> list[str]:
     """Return the last lines: how much was seen, and what could not be."""
     found = sum(one["kind"] not in ("learned", "named") for one in summary["findings"])
-    lines = [f"{summary['windows']} windows, {found} with something to say"]
+    lines = [_verdict(summary["windows"], summary["windows_compared"], found)]
     if summary["windows_too_still"]:
         lines.append(
             f"in {summary['windows_too_still']} of them the device hardly moved: how it answers could not be seen"

@@ -26,7 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Run the verb. Returns 0: the device is its model; 1: something was found."""
+    """Run the verb. Returns 0: the device is its model; 1: something was found; 2: the run is too short to know."""
     import os
 
     from rtctl.api.runs.doubting import doubt
@@ -48,4 +48,6 @@ def run(args: argparse.Namespace) -> int:
         print_json(summary)
     elif shown:
         print("\n".join(summary_lines(summary)))
-    return 1 if any(one["kind"] != "learned" for one in summary["findings"]) else 0
+    if any(one["kind"] != "learned" for one in summary["findings"]):
+        return 1
+    return 0 if summary["windows_compared"] else 2
