@@ -212,4 +212,4 @@ def test_a_run_that_is_too_short_says_that_nothing_is_known(
     settings = ["scenario.duration=9 s", "driver.seed=42"]
     rtctl.run("multisine_1_10hz", model=model_file, settings=settings, out=tmp_path / "run")
     assert main(["doubt", str(tmp_path / "run")]) == 2
-    assert "nothing is known of the device: of 9 windows of 1 s" in capsys.readouterr().out
+    assert "are warm-up and past, and this run has 9; run for longer than 10 s" in capsys.readouterr().out

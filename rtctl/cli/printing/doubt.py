@@ -16,14 +16,14 @@ def finding_line(finding: Finding, done: str) -> str:
 
 def _verdict(windows: int, compared: int, found: int) -> str:
     """Return what is known of the device, and from how much."""
-    seconds = f"{windows} windows of {WINDOW_S:g} s"
+    length = f"windows of {WINDOW_S:g} s"
     if not compared and not found:
         return (
-            f"nothing is known of the device: of {seconds} the first {LEARNED + 1} are warm-up and past, and none is "
-            f"left to be compared with them; run for longer than {(LEARNED + 2) * WINDOW_S:g} s"
+            f"nothing is known of the device: the first {LEARNED + 1} {length} are warm-up and past, and this run has "
+            f"{windows}; run for longer than {(LEARNED + 2) * WINDOW_S:g} s"
         )
     told = f"{found} finding{'s' if found > 1 else ''}" if found else "the device is its model"
-    return f"{told}: {compared} of {seconds} were compared with those before"
+    return f"{told}: {compared} of {windows} {length} were compared with those before"
 
 
 def summary_lines(summary: Mapping[str, Any]) -> list[str]:
