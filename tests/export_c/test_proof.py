@@ -103,6 +103,18 @@ def test_one_wrong_operation_is_found(tmp_path: Path, model: Path) -> None:
     assert not prove(tmp_path / "loop", tmp_path / "run", ["gcc"]).same
 
 
+def test_a_folder_of_another_scenario_is_refused(tmp_path: Path, model: Path) -> None:
+    export_c("steps", model=model, settings=SETTINGS, out=tmp_path / "loop")
+    run("steps", model=model, settings=SETTINGS | {"limits.high": "8.1 mA"}, out=tmp_path / "run")
+    with pytest.raises(InputError, match='exported from the scenario "steps", whose gains, limits or times'):
+        prove(tmp_path / "loop", tmp_path / "run", machines=())
+    wire = {"driver.kind": "serial", "driver.port": "/nowhere", "limits.high": "8.1 mA"}
+    with pytest.raises(InputError, match="are not those of this run"):
+        run_on_board(
+            "steps", board=tmp_path / "loop", model=model, settings=SETTINGS | wire, out=tmp_path / "b"
+        )
+
+
 def test_a_folder_of_another_model_is_refused(tmp_path: Path, model: Path) -> None:
     run("steps", model=model, settings=SETTINGS, out=tmp_path / "run")
     other = tmp_path / "other.toml"

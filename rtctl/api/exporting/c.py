@@ -56,7 +56,7 @@ def export_c(
     Raises:
         InputError: There is no model, or a part of the loop cannot be exported; says which, and why.
     """
-    from rtctl.export.c.folder import Manifest, digest, write_folder
+    from rtctl.export.c.folder import Manifest, digest, digest_of_numbers, write_folder
     from rtctl.export.c.laws.planning import law_of
     from rtctl.export.c.sizes import state_bytes, table_bytes
     from rtctl.export.c.translated import translated
@@ -77,7 +77,8 @@ def export_c(
     write_folder(
         folder, exported,
         Manifest(
-            scenario=loaded.name, estimator=exported.law.name, extrema=extrema, model_sha256=digest(file)
+            scenario=loaded.name, estimator=exported.law.name, extrema=extrema, model_sha256=digest(file),
+            numbers_sha256=digest_of_numbers(exported.law),
         ),
     )  # fmt: skip
     return ExportedLoop(
@@ -112,7 +113,8 @@ def run_on_board(
     """
     from rtctl.evaluation.metrics import write_json
     from rtctl.export.c.emulated import run_emulated
-    from rtctl.export.c.folder import digest, read_manifest
+    from rtctl.export.c.folder import check_origin, digest, read_manifest
+    from rtctl.export.c.laws.planning import law_of
     from rtctl.recording import write_parquet
     from rtctl.session.run_files import draw_run
     from rtctl.session.run_folder import set_finished_aside
@@ -128,8 +130,10 @@ def run_on_board(
     given = None if model is None else path_of("model", model)
     content = model_of(loaded.scenario, loaded.folder, given)
     file = model_path(loaded.scenario, loaded.folder, given)
-    if content is None or file is None or read_manifest(place).model_sha256 != digest(file):
+    manifest = read_manifest(place)
+    if content is None or file is None or manifest.model_sha256 != digest(file):
         raise InputError(f"{place}: exported from another model than that of the run; export it anew")
+    check_origin(place, manifest, law_of(loaded.scenario, content, manifest.extrema))
     result = run_emulated(place, loaded.scenario, content, str(port)).result
     folder = path_of("out", out)
     folder.mkdir(parents=True, exist_ok=True)

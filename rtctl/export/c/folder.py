@@ -10,7 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from rtctl.border.errors import InputError
+from rtctl.export.c.laws.law import Law
 from rtctl.export.c.printing import c_program
+from rtctl.export.c.printing.c_tables import first_value_lines
 from rtctl.export.c.translated import Translated
 from rtctl.version import __version__
 from rtctl.wiring_served import write_boards
@@ -30,6 +32,8 @@ class Manifest:
     """Turning points that a Preisach memory keeps."""
     model_sha256: str
     """Of the model file."""
+    numbers_sha256: str
+    """Of all numbers of the loop: constants, gains, limits, times."""
 
 
 def write_folder(folder: Path, exported: Translated, manifest: Manifest) -> None:
@@ -65,6 +69,7 @@ def write_folder(folder: Path, exported: Translated, manifest: Manifest) -> None
         "estimator": manifest.estimator,
         "extrema": manifest.extrema,
         "model_sha256": manifest.model_sha256,
+        "numbers_sha256": manifest.numbers_sha256,
         "sources": dict(law.sources),
     }
     (folder / MANIFEST).write_text(json.dumps(contents, indent=2) + "\n", encoding="utf-8")
@@ -80,11 +85,36 @@ def read_manifest(folder: Path) -> Manifest:
             estimator=str(found["estimator"]),
             extrema=int(found["extrema"]),
             model_sha256=str(found["model_sha256"]),
+            numbers_sha256=str(found["numbers_sha256"]),
         )
     except OSError:
         raise InputError(f"{path}: missing; {folder} is not a folder of rtctl export c") from None
     except (ValueError, KeyError) as error:
         raise InputError(f"{path}: {error}; export the folder anew") from None
+
+
+def check_origin(folder: Path, manifest: Manifest, law: Law) -> None:
+    """Refuse a loop of other numbers than those of a run: its gains, limits or times would be another scenario's.
+
+    Args:
+        folder: the exported folder.
+        manifest: what it was made from.
+        law: the loop of the run.
+
+    Raises:
+        InputError: their numbers differ.
+    """
+    if manifest.numbers_sha256 != digest_of_numbers(law):
+        raise InputError(
+            f'{folder}: exported from the scenario "{manifest.scenario}", whose gains, limits or times are not those '
+            "of this run; export the run's scenario, with the same --set"
+        )
+
+
+def digest_of_numbers(law: Law) -> str:
+    """Return the digest of all numbers of a loop, as they are written."""
+    lines = [c_program.tables(law, ""), *first_value_lines(law.memory)]
+    return hashlib.sha256("\n".join(lines).encode()).hexdigest()
 
 
 def digest(model: Path) -> str:

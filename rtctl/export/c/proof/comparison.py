@@ -11,7 +11,7 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
-from rtctl.export.c.folder import digest, read_manifest
+from rtctl.export.c.folder import check_origin, digest, read_manifest
 from rtctl.export.c.laws.planning import law_of
 from rtctl.export.c.proof.in_python import WORTH_COMPILING, PythonLaw
 from rtctl.export.c.proof.machines import MACHINES, REALS, build, missing, run
@@ -79,7 +79,9 @@ def prove(folder: Path, run_folder: Path, machines: Sequence[str] = tuple(MACHIN
         raise InputError(f"{folder}: exported from another model than that of the run; export it anew")
     if missing(MACHINES["gcc"]):
         raise InputError(f"replay --export: {missing(MACHINES['gcc'])}")
-    exported = translated(law_of(recorded.scenario, recorded.model, manifest.extrema))
+    law = law_of(recorded.scenario, recorded.model, manifest.extrema)
+    check_origin(folder, manifest, law)
+    exported = translated(law)
     step, setpoints, _ = planned_step(recorded.scenario, recorded.model)
     computed, deviations = [], {}
     for precision, real in REALS.items():
