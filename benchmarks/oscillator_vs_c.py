@@ -33,7 +33,7 @@ from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Stimulus
 from rtctl.identification.oscillator.identify import identify_oscillator
 from rtctl.measured.reading import read_dataset
-from rtctl.wiring import build_simulation
+from rtctl.wiring_models import build_simulation
 
 FloatArray = NDArray[np.float64]
 HERE = Path(__file__).resolve().parent

@@ -36,7 +36,7 @@ from rtctl.identification.vo2.identify import Vo2FitOptions, identify_vo2
 from rtctl.measured.reading import read_dataset
 from rtctl.plants.vo2.log_resistance import LOG_RESISTANCE
 from rtctl.simulations.vo2 import vo2_simulation
-from rtctl.wiring import mechanism_ids
+from rtctl.wiring_models import mechanism_ids
 
 SHAPE = "hysteresis.shape"
 HEAD = (

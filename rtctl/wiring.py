@@ -1,34 +1,29 @@
-"""What is real (with `wiring_scpi` and `wiring_served`): tables become drivers, estimators, controllers, limits."""
+"""What is real (with `wiring_models`, `wiring_scpi`, `wiring_served`): tables become drivers, estimators, limits."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rtctl.border.errors import InputError, nearest
 from rtctl.border.records import DeviceProfile, Driver
-from rtctl.border.simulation import Simulation
 from rtctl.border.units.quantities import convert, read_toml
 from rtctl.estimators.reading import ReadingEstimator
 from rtctl.interfaces import Clock, Estimator, Setup
-from rtctl.orbits.forced import Forced
 from rtctl.registry import (
     Entry,
-    ModelFiles,
     PlantKind,
     find,
     load,
-    mechanisms_of,
     names,
     plant_kind,
     plant_kinds,
 )
 from rtctl.registry.building import build
 from rtctl.registry.guarding import guarded_controller, guarded_estimator
-from rtctl.registry.loading import resolved
 from rtctl.safety.guards import ReadingGuard
 from rtctl.safety.limits import CommandLimits
 from rtctl.safety.plausibility import Plausibility
@@ -351,56 +346,3 @@ def build_clock(scenario: Scenario) -> Clock:
     if scenario.clock.mode == "lockstep":
         return SimulatedClock()
     return scenario.clock.monotonic(scenario.scenario.period_s)
-
-
-def read_model(path: Path, kind: str) -> Any:
-    """Return the model of the file `path`, which is of a known kind. Raises InputError."""
-    return resolved(_model_files(kind, str(path)).read, f'plant "{kind}"')(path)
-
-
-def read_class(owner: type) -> Any:
-    """Return the model that a class declares. Raises InputError."""
-    return resolved("plant_sim.equations.reading:read_class", "model")(owner)
-
-
-def build_simulation(
-    model: Any, units: Mapping[str, str], source: str, kind: str | None = None
-) -> Simulation:
-    """Return a model bound to the units of a dataset.
-
-    Args:
-        model: model as `read_model` returns it.
-        units: unit of each signal.
-        source: file of the model, for messages.
-        kind: kind of plant; None: the model's own `kind`.
-
-    Raises:
-        InputError: the model cannot be simulated in these units.
-    """
-    files = _model_files(kind or str(model.kind), source)
-    names("mechanism")  # those of entry points enter the catalogues
-    made: Simulation = resolved(files.simulation, source)(model, units, source)
-    return made
-
-
-def _model_files(kind: str, source: str) -> ModelFiles:
-    known = {name: one for name, one in plant_kinds().items() if one.model is not None}
-    if kind not in known:
-        raise InputError(f'{source}: a model of kind "{kind}" cannot be simulated{nearest(kind, known)}')
-    files = known[kind].model
-    assert files is not None
-    return files
-
-
-def build_forced(model: Any, units: Mapping[str, str], source: str) -> Forced:
-    """Return `model` under harmonic drive, bound to `units`. Raises InputError that names `source`, its file."""
-    files = _model_files(model.kind, source)
-    if files.forced is None:
-        raise InputError(f'{source}: a model of kind "{model.kind}" is not driven harmonically')
-    made: Forced = resolved(files.forced, source)(model, units, source)
-    return made
-
-
-def mechanism_ids(kind: str) -> tuple[str, ...]:
-    """Return the ids of all mechanisms that a kind of plant knows, in the order of its catalogue. Raises InputError."""
-    return tuple(mechanisms_of(kind))

@@ -225,7 +225,7 @@ def _chosen(asked: Sequence[str] | str | None, simulation: Simulation) -> tuple[
     A mechanism that is not for such data is left out in silence where all are tried.
     """
     from rtctl.border.simulation import HasCatalogue
-    from rtctl.wiring import mechanism_ids
+    from rtctl.wiring_models import mechanism_ids
 
     known = simulation.catalogue if isinstance(simulation, HasCatalogue) else mechanism_ids(simulation.kind)
     if asked is None:

@@ -111,8 +111,8 @@ def read_model(path: str | PathLike[str] | type) -> Model:
             all findings at once.
     """
     from rtctl.models.kinds import model_kind
-    from rtctl.wiring import read_class
-    from rtctl.wiring import read_model as read_content
+    from rtctl.wiring_models import read_class
+    from rtctl.wiring_models import read_model as read_content
 
     if isinstance(path, type):
         return Model(kind="equations", content=read_class(path))

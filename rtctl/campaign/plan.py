@@ -21,7 +21,8 @@ from rtctl.models.kinds import model_kind
 from rtctl.orbits.forced import Forced
 from rtctl.session.validation.model_validation import simulation_for
 from rtctl.version import __version__
-from rtctl.wiring import build_forced, find_plant, read_model
+from rtctl.wiring import find_plant
+from rtctl.wiring_models import build_forced, read_model
 
 STEPS_PER_PERIOD = 128
 STEPS_OF_FASTEST = 64.0

@@ -7,7 +7,7 @@ import pyarrow as pa
 
 from rtctl.border.arrays import FloatArray
 from rtctl.campaign.plan import Plan
-from rtctl.wiring import build_simulation
+from rtctl.wiring_models import build_simulation
 
 LANES = 32
 """Sets simulated together."""

@@ -34,7 +34,7 @@ NOISE_MM = 2e-3
 
 def simulated(model: Path, drive: np.ndarray) -> np.ndarray:
     from rtctl.border.simulation import Stimulus
-    from rtctl.wiring import build_simulation
+    from rtctl.wiring_models import build_simulation
 
     bound = build_simulation(
         rtctl.read_model(model).content, {"drive": "V", "displacement": "mm"}, str(model)

@@ -29,7 +29,7 @@ from rtctl.diagnosis.screening.split import split_records
 from rtctl.identification.scales import estimate_scales
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.session.validation.model_validation import simulation_for
-from rtctl.wiring import mechanism_ids
+from rtctl.wiring_models import mechanism_ids
 
 Line = dict[str, Any]
 LEVELS = (0.01, 0.05, 0.20)

@@ -26,7 +26,7 @@ from rtctl.identification.vo2.identify import Vo2FitOptions, identify_vo2
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.models.vo2 import write_model
 from rtctl.session.validation.model_validation import simulation_for
-from rtctl.wiring import mechanism_ids
+from rtctl.wiring_models import mechanism_ids
 
 Line = dict[str, Any]
 Told = Callable[[str, Line], None]

@@ -18,7 +18,7 @@ from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.search.elimination.backward_elimination import drop_causes_within_allowance
 from rtctl.diagnosis.search.model_selection import RankedHypothesis
 from rtctl.diagnosis.thresholds import SearchThresholds, Thresholds
-from rtctl.wiring import mechanism_ids
+from rtctl.wiring_models import mechanism_ids
 
 SMALL: dict[str, Any] = {
     "plant": "vo2",

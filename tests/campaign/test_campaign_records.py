@@ -13,7 +13,7 @@ from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Stimulus
 from rtctl.cli import main
 from rtctl.models.oscillator import write_oscillator_model
-from rtctl.wiring import build_simulation
+from rtctl.wiring_models import build_simulation
 
 TRUTH = {"damping": (4.0, "1/s"), "stiffness": (9000.0, "1/s^2"), "drive_gain": (300.0, "mm/s^2/V")}
 MANIFEST = """

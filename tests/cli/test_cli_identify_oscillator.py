@@ -16,7 +16,7 @@ from rtctl.cli import main
 from rtctl.measured.dataset import Record
 from rtctl.measured.writer import write_dataset
 from rtctl.models.oscillator import read_oscillator_model
-from rtctl.wiring import build_simulation
+from rtctl.wiring_models import build_simulation
 
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
 START = """

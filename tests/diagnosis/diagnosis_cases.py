@@ -20,7 +20,7 @@ from rtctl.diagnosis.screening.split import split_records
 from rtctl.identification.scales import estimate_scales
 from rtctl.measured import read_dataset
 from rtctl.measured.dataset import Dataset
-from rtctl.wiring import build_simulation
+from rtctl.wiring_models import build_simulation
 
 FloatArray = NDArray[np.float64]
 UNITS = {"drive": "V", "displacement": "mm"}

@@ -19,7 +19,7 @@ from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.residual.directions import catalogue_directions, mechanism_sensitivities
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
-from rtctl.wiring import build_simulation
+from rtctl.wiring_models import build_simulation
 
 
 def in_micrometres() -> tuple[Problem, Hypothesis]:

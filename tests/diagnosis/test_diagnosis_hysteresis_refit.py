@@ -30,7 +30,7 @@ from rtctl.diagnosis.verification import nonparametric_comparison
 from rtctl.measured.dataset import Dataset
 from rtctl.models.vo2 import read_model, write_model
 from rtctl.simulations.vo2 import vo2_simulation
-from rtctl.wiring import mechanism_ids
+from rtctl.wiring_models import mechanism_ids
 
 LATE = 4
 """Samples."""

@@ -22,7 +22,7 @@ from rtctl.diagnosis.thresholds import NominalFitThresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
 from rtctl.measured import read_dataset
-from rtctl.wiring import build_simulation
+from rtctl.wiring_models import build_simulation
 
 FloatArray = NDArray[np.float64]
 

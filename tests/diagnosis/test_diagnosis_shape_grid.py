@@ -18,7 +18,7 @@ from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
 from rtctl.plants.vo2.log_resistance import LOG_RESISTANCE
 from rtctl.simulations.vo2.mechanisms import MECHANISMS as OF_VO2
-from rtctl.wiring import build_simulation
+from rtctl.wiring_models import build_simulation
 
 PERIOD_S = 1e-3
 N = 4000

@@ -15,7 +15,7 @@ from rtctl.diagnosis.result import Diagnosis
 from rtctl.diagnosis.screening.steps import list_fitted, without_steps
 from rtctl.measured import read_dataset
 from rtctl.models.oscillator import read_oscillator_model
-from rtctl.wiring import build_simulation, mechanism_ids
+from rtctl.wiring_models import build_simulation, mechanism_ids
 
 IDS = ("friction.coulomb", "sensor.offset", "sensor.quantisation")
 ROUNDED = '[[model.mechanisms]]\nid = "sensor.quantisation"\nparameters = {{ step = {{ value = {}, unit = "mm" }} }}\n'

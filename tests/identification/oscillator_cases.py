@@ -13,7 +13,7 @@ from rtctl.border.simulation import Simulation, Stimulus
 from rtctl.identification.fit_record import FitRecord
 from rtctl.measured.dataset import Record
 from rtctl.measured.writer import write_dataset
-from rtctl.wiring import build_simulation
+from rtctl.wiring_models import build_simulation
 
 FloatArray = NDArray[np.float64]
 UNITS = {"drive": "m/s^2", "displacement": "mm", "velocity": "mm/s"}

@@ -6,7 +6,7 @@ import numpy as np
 
 from rtctl.border.model_file import ModelFile
 from rtctl.orbits.forced import Drive, Lanes
-from rtctl.wiring import build_forced
+from rtctl.wiring_models import build_forced
 
 HM = {"damping": 0.3, "stiffness": -4275.6, "stiffness_cubic": 88.2}
 LINEAR = {"damping": 4.0, "stiffness": 5000.0}

@@ -13,7 +13,7 @@ from rtctl.orbits.classes import Kind, Patience, classify, rule
 from rtctl.orbits.lyapunov import lyapunov
 from rtctl.orbits.settling import LONGEST_PERIOD, repeats, settle
 from rtctl.orbits.turning_points import different, turning_points, turning_points_of
-from rtctl.wiring import build_forced
+from rtctl.wiring_models import build_forced
 
 
 def test_a_linear_oscillator_settles_on_its_frequency_response() -> None:

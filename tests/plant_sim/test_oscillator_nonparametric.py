@@ -9,7 +9,7 @@ from plant_sim.oscillator.mechanisms import MECHANISMS
 from plant_sim.oscillator.nonparametric import UNNAMED
 from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Simulation, Stimulus
-from rtctl.wiring import build_simulation, mechanism_ids
+from rtctl.wiring_models import build_simulation, mechanism_ids
 
 UNITS = {"drive": "V", "displacement": "mm"}
 NOMINAL = {"damping": (8.0, "1/s"), "stiffness": (1.6e4, "1/s^2"), "drive_gain": (450.0, "mm/s^2/V")}

@@ -12,7 +12,7 @@ from rtctl.border.errors import InputError
 from rtctl.border.mechanisms import Mechanism, Parameter
 from rtctl.cli import main
 from rtctl.registry import load_plugin, mechanisms_of, register
-from rtctl.wiring import mechanism_ids
+from rtctl.wiring_models import mechanism_ids
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "diagnosis"))
 from diagnosis_cases import MODEL, device, measured, noise_drive, write_case

@@ -15,7 +15,7 @@ from rtctl.border.mechanisms import Scales
 from rtctl.border.units.quantities import convert
 from rtctl.diagnosis.thresholds import ProblemThresholds
 from rtctl.simulations.vo2 import MECHANISMS
-from rtctl.wiring import mechanism_ids
+from rtctl.wiring_models import mechanism_ids
 
 SIZES = Scales(
     displacement=30.0, velocity=600.0, acceleration=1e4, drive=6.0, rate=20.0, duration=0.6, period=1e-3,

@@ -9,7 +9,7 @@ from vo2_model_cases import predict, simulation, stimulus, telegraph
 
 from rtctl.simulations.vo2 import MECHANISMS, Vo2Simulation
 from rtctl.simulations.vo2.nonparametric import UNNAMED
-from rtctl.wiring import mechanism_ids
+from rtctl.wiring_models import mechanism_ids
 
 CURRENT = telegraph(120, seed=4)
 

@@ -10,7 +10,7 @@ from rtctl.identification.equations.identify import EquationsFit, EquationsFitOp
 from rtctl.measured.dataset import Dataset
 from rtctl.models.temperatures import describe_celsius
 from rtctl.output.progress import Reporter
-from rtctl.wiring import build_simulation
+from rtctl.wiring_models import build_simulation
 
 SHARES = 1000
 """Steps of the progress bar."""

@@ -13,7 +13,7 @@ from rtctl.identification.oscillator.sweep import identify_sweeps
 from rtctl.measured.dataset import Dataset
 from rtctl.models.derived.oscillator import derive_from_file
 from rtctl.output.progress import Reporter
-from rtctl.wiring import build_simulation
+from rtctl.wiring_models import build_simulation
 
 SHARES = 1000
 """Steps of the progress bar."""

@@ -87,7 +87,7 @@ def identify_equations(
     Args:
         dataset: Records whose signals the model names.
         model: Structure, start values and bounds.
-        build: Binds a model to units (`rtctl.wiring.build_simulation`).
+        build: Binds a model to units (`rtctl.wiring_models.build_simulation`).
         options: Numbers of starts and iterations.
         source: Name of the start model in messages.
         report: Receives the progress.

@@ -90,7 +90,7 @@ def identify_oscillator(
     Args:
         dataset: Oscillator dataset.
         model: Start model, or None.
-        build: Binds a model to units (`rtctl.wiring.build_simulation`).
+        build: Binds a model to units (`rtctl.wiring_models.build_simulation`).
         options: Numbers of starts and iterations.
         source: Name of the start model in messages.
         report: Receives the progress.

@@ -23,7 +23,7 @@ from rtctl.measured import read_dataset
 from rtctl.models.oscillator import write_oscillator_model
 from rtctl.recording import write_parquet
 from rtctl.reproduce.bistable.protocol import RATE_HZ, Recorded
-from rtctl.wiring import build_simulation, mechanism_ids
+from rtctl.wiring_models import build_simulation, mechanism_ids
 
 DECIMATION = 10
 SECONDS = 8.0

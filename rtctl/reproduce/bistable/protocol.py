@@ -18,7 +18,7 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Stimulus
 from rtctl.reproduce.bistable.models import TRUTH, Beam, SecondMode, model_file
-from rtctl.wiring import build_simulation
+from rtctl.wiring_models import build_simulation
 
 UNITS = {"drive": "m/s^2", "displacement": "mm"}
 SEED = 4200

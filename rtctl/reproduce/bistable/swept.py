@@ -14,7 +14,7 @@ from rtctl.orbits.classes import Orbits, Patience, classify
 from rtctl.orbits.forced import Drive, Lanes
 from rtctl.reproduce.bistable.models import Beam, model_file
 from rtctl.reproduce.bistable.protocol import AMPLITUDE, STARTS, UNITS, shaker
-from rtctl.wiring import build_forced
+from rtctl.wiring_models import build_forced
 
 ROWS_PER_PERIOD = 64
 STEPS_PER_PERIOD = 128

@@ -17,7 +17,7 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Simulation, Stimulus
-from rtctl.wiring import build_simulation
+from rtctl.wiring_models import build_simulation
 
 SENSITIVITY = 2.6
 """Sensitivity of the coil [mT/A]."""

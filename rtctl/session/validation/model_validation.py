@@ -29,7 +29,7 @@ from rtctl.models.kinds import model_kind
 from rtctl.recording import write_parquet
 from rtctl.registry import plant_kinds
 from rtctl.session.validation.free_run_growth import measure_growth
-from rtctl.wiring import build_simulation, read_model
+from rtctl.wiring_models import build_simulation, read_model
 
 ASKED_FROM = 0.05
 """Error in parts of the variation from which it is asked whether the free run can be predicted at all: an error of

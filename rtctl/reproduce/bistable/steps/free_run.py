@@ -16,7 +16,7 @@ from rtctl.reproduce.bistable.protocol import RATE_HZ, UNITS, record
 from rtctl.reproduce.bistable.regression import CUBIC, determination, least_squares
 from rtctl.reproduce.bistable.steps.global_fit import global_models
 from rtctl.reproduce.study import Comparison, Picture, Row, Run, Section, Table
-from rtctl.wiring import build_simulation
+from rtctl.wiring_models import build_simulation
 
 SECONDS = 20.0
 NAMES = ("HM", "local RM", "RM5", "RM5c", "weak form", "truth")

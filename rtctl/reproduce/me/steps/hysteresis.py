@@ -20,7 +20,7 @@ from rtctl.plots.elements.small_png import save_small_png
 from rtctl.plots.elements.style import BLACK, GREY, SKY, VERMILION, house_style, new_figure
 from rtctl.reproduce.me import device
 from rtctl.reproduce.study import Comparison, Picture, Row, Run, Section, Table
-from rtctl.wiring import mechanism_ids
+from rtctl.wiring_models import mechanism_ids
 
 EFFECT = "hysteresis.bouc_wen"
 LEVEL, YIELD = 1.5e6, 0.1
