@@ -84,7 +84,11 @@ def searched(device: str) -> tuple[Problem, Hypothesis, Hypothesis]:
 
 
 @pytest.mark.parametrize(
-    ("device", "said"), [("cools slowly", "The time constant depends on direction (1"), ("dead band", "")]
+    ("device", "said"),
+    [
+        ("cools slowly", "The time constant depends on direction (1"),
+        pytest.param("dead band", "", marks=pytest.mark.slow),
+    ],
 )
 def test_a_cause_stands_only_if_no_law_without_a_name_leaves_less(device: str, said: str) -> None:
     found = find_better_alternative(*searched(device), WorkBudget.of())
@@ -130,6 +134,7 @@ def test_nor_is_a_damping_of_another_power_called_dry_friction(hidden: str, said
     assert found.startswith(said) if said else not found
 
 
+@pytest.mark.slow
 def test_nor_is_a_stop_called_a_spring_that_hardens_and_the_law_that_leaves_least_is_told() -> None:
     place = 1.2 * float(np.std(of(device()).records[0].measured["displacement"]))
     problem, nominal, named = named_by(

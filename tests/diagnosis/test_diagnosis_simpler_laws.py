@@ -41,10 +41,11 @@ def answer(folder: Path, identity: str, **values: tuple[float, str]) -> dict[str
             marks=pytest.mark.slow,
         ),
         pytest.param("damping.quadratic", {"coefficient": (0.4, "1/mm")}, {"coefficient"}, marks=pytest.mark.slow),
-        (
+        pytest.param(
             "damping.power",
             {"level": (600.0, "mm/s^2"), "exponent": (3.0, "dimensionless"), "speed": (50.0, "mm/s")},
             {"level", "exponent", "speed"},
+            marks=pytest.mark.slow,
         ),
     ],
     ids=["ideal", "smooth", "stribeck", "dahl", "square", "cube"],

@@ -156,11 +156,11 @@ def struck_by(
         ("serial", Kind.DROP, 0.0),
         ("serial", Kind.BIT_FLIP, 0.0),
         ("serial", Kind.TRUNCATE, 0.0),
-        ("rtu", Kind.BIT_FLIP, 0.0),
+        pytest.param("rtu", Kind.BIT_FLIP, 0.0, marks=pytest.mark.slow),
         ("rtu", Kind.DELAY, 0.35),
         ("tcp", Kind.DROP, 0.0),
         ("tcp", Kind.DISCONNECT, 0.02),
-        ("serial", Kind.DISCONNECT, 0.02),
+        pytest.param("serial", Kind.DISCONNECT, 0.02, marks=pytest.mark.slow),
     ],
 )
 def test_faults_of_a_wire_are_named_nothing_wrong_is_believed_and_nothing_unsafe_is_done(

@@ -20,8 +20,21 @@ SHORT = {
 }
 
 
-@pytest.mark.parametrize("wire", ["modbus-rtu", "modbus-tcp", "serial"])
-@pytest.mark.parametrize("name", SHORT)
+WIRES = ("modbus-rtu", "modbus-tcp", "serial")
+QUICK = {("steps", wire) for wire in WIRES} | {
+    ("multisine_1_10hz", "serial"),
+    ("random_staircase", "modbus-rtu"),
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "wire"),
+    [
+        pytest.param(name, wire, marks=[] if (name, wire) in QUICK else [pytest.mark.slow])
+        for name in SHORT
+        for wire in WIRES
+    ],
+)
 def test_over_the_wire_and_in_process_agree_to_the_last_bit(
     wire: str, name: str, model_file: Path, tmp_path: Path
 ) -> None:
