@@ -45,7 +45,10 @@ def case(folder: Path, mechanism: dict[str, object]) -> Path:
 
 @pytest.mark.parametrize(
     ("hidden", "other", "words"),
-    [(CARRIED, "gain", "A mass on the device, 0.0"), pytest.param(BESIDE, "mass_ratio", "A second mode at 41 Hz is driven too", marks=pytest.mark.slow)],
+    [
+        (CARRIED, "gain", "A mass on the device, 0.0"),
+        pytest.param(BESIDE, "mass_ratio", "A second mode at 41 Hz is driven too", marks=pytest.mark.slow),
+    ],
     ids=["carried", "beside"],
 )  # fmt: skip
 def test_the_form_that_acts_is_found_and_the_other_stays_out(
