@@ -502,6 +502,11 @@ def test_several_inputs_are_told_with_the_records_of_each() -> None:
     assert proposed.statement.startswith(f"Measure this next, 3 records: {inputs}. Together they separate ")
     assert (proposed.json["input"], proposed.json["times"]) == (inputs, 3)
     assert [one["times"] for one in proposed.json["records"]] == [1, 2]
+    seconds = (
+        len(steady.input.levels) * steady.input.period_s + 2 * len(wave.input.levels) * wave.input.period_s
+    )
+    assert proposed.json["duration_s"] == proposed.duration_s == pytest.approx(seconds)
+    assert f"The device is driven for {seconds:.3g} s in all." in proposed.statement
 
 
 @pytest.mark.parametrize("several", [False, True])
@@ -515,6 +520,8 @@ def test_acquire_plays_exactly_the_inputs_that_were_scored(tmp_path: Path, sever
     dataset = read_dataset(tmp_path / "data" / "dataset.toml")
     assert open_dataset(tmp_path / "data" / "dataset.toml").units == {"drive": "V", "displacement": "mm"}
     assert len(dataset.records) == proposed.times
+    driven = sum(len(one.signals["drive"]) for one in dataset.records) * PERIOD_S
+    assert driven == pytest.approx(proposed.duration_s, rel=0.05)
     levels = [scored.input.levels for scored, times in proposed.plan.records for _ in range(times)]
     for record, scored in zip(dataset.records, levels, strict=True):
         played = record.signals["drive"]

@@ -60,6 +60,13 @@ class NextExperiment(NamedTuple):
         return self.plan.times
 
     @property
+    def duration_s(self) -> float:
+        """Time [s] that the device is driven for all records, without pauses between them."""
+        return sum(
+            times * len(scored.input.levels) * scored.input.period_s for scored, times in self.plan.records
+        )
+
+    @property
     def separation(self) -> float:
         """Separation of the two closest candidates by all records [standard errors]."""
         return self.plan.separation
@@ -97,6 +104,7 @@ class NextExperiment(NamedTuple):
         if self.nearest:
             text += "; neither explains these data, they only come nearest"
         twins = " or ".join(f"{one} from {other}" for one, other in self.alike)
+        text += f". The device is driven for {self.duration_s:.3g} s in all"
         return f"{text}." + (f" No input of the menu separates {twins}." if twins else "")
 
     @property
@@ -146,6 +154,7 @@ class NextExperiment(NamedTuple):
             "alike": [list(pair) for pair in self.alike],
             "input": self._inputs,
             "times": self.times,
+            "duration_s": self.duration_s,
             "records": [
                 {"input": scored.input.statement, "times": times} for scored, times in self.plan.records
             ],
