@@ -41,6 +41,7 @@ from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.noise.residual_noise import NoiseModel
 from rtctl.identification.scales import estimate_scales
 from rtctl.measured import open_dataset, read_dataset
+from rtctl.output.readable_units import readable
 from rtctl.plants.oscillator.diagnosis import OSCILLATOR
 
 LIMITS = Thresholds().experiment
@@ -287,6 +288,7 @@ def test_what_one_record_does_not_decide_is_measured_as_often_as_it_takes() -> N
     far_too_noisy = with_noise(8.0 * once.separation / LIMITS.deciding_separation)
     assert "What is missing: longer records, less noise" in far_too_noisy.statement
     assert "Measure this next" not in far_too_noisy.statement
+    assert "driven for" not in far_too_noisy.statement
 
 
 def test_what_decides_with_fewer_records_goes_before_what_one_record_says_more_by() -> None:
@@ -506,7 +508,7 @@ def test_several_inputs_are_told_with_the_records_of_each() -> None:
         len(steady.input.levels) * steady.input.period_s + 2 * len(wave.input.levels) * wave.input.period_s
     )
     assert proposed.json["duration_s"] == proposed.duration_s == pytest.approx(seconds)
-    assert f"The device is driven for {seconds:.3g} s in all." in proposed.statement
+    assert proposed.statement.endswith(f", and the device is driven for {readable(seconds, 's', 3)} in all.")
 
 
 @pytest.mark.parametrize("several", [False, True])

@@ -31,6 +31,7 @@ from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.thresholds import ExperimentThresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.noise.residual_noise import NoiseModel
+from rtctl.output.readable_units import readable
 
 
 class NextExperiment(NamedTuple):
@@ -92,7 +93,10 @@ class NextExperiment(NamedTuple):
         groups = [" or ".join(twins) for twins in self._twins]
         names = _join_names(groups)
         if self.decides:
-            text = f"Measure this next{self._what} {names} by {self.separation:.3g} standard errors at least"
+            text = (
+                f"Measure this next{self._what} {names} by {self.separation:.3g} standard errors at least, and the "
+                f"device is driven for {readable(self.duration_s, 's', 3)} in all"
+            )
         else:
             often = f", {self.times} times" if self.times > 1 else ""
             text = (
@@ -104,7 +108,6 @@ class NextExperiment(NamedTuple):
         if self.nearest:
             text += "; neither explains these data, they only come nearest"
         twins = " or ".join(f"{one} from {other}" for one, other in self.alike)
-        text += f". The device is driven for {self.duration_s:.3g} s in all"
         return f"{text}." + (f" No input of the menu separates {twins}." if twins else "")
 
     @property
