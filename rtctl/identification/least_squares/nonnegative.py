@@ -14,9 +14,9 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import lapack
 
 from rtctl.border.arrays import FloatArray
+from rtctl.identification.least_squares.free_systems import FreeSystems
 
 PATIENCE = 4
 """Exchanges of whole blocks without fewer wrong signs, before the descent that cannot go round in circles."""
@@ -38,10 +38,14 @@ def nonnegative_least_squares(
         numpy.linalg.LinAlgError: `gram` is not positive definite.
     """
     free = np.zeros(len(right), dtype=bool) if start is None else start > 0.0
+    systems = FreeSystems(gram, right)
     nearest, fewest, patience = np.zeros(len(right)), len(right) + 1, PATIENCE
     while patience:
-        x = _solve_among(gram, right, free)
-        wrong = (free & _is_negative(x, x)) | (~free & _is_negative(gram @ x - right, right))
+        x = systems.solve(free)
+        wrong = _has_wrong_sign(gram, right, free, x)
+        if not wrong.any() and not systems.is_factorised(free):
+            x = systems.factorise(free)  # the optimum by its own factor
+            wrong = _has_wrong_sign(gram, right, free, x)
         count = int(wrong.sum())
         if not count:
             return np.maximum(x, 0.0)
@@ -62,8 +66,9 @@ def descend_among_feasible(gram: FloatArray, right: FloatArray, start: FloatArra
     only round-off is left.
     """
     x, free, lowest = start, start > 0.0, np.inf
+    systems = FreeSystems(gram, right)
     while True:
-        solution = _solve_among(gram, right, free)
+        solution = systems.solve(free)
         negative = free & _is_negative(solution, solution)
         if negative.any():
             x = _step_towards(gram, right, x, solution, negative)
@@ -73,7 +78,7 @@ def descend_among_feasible(gram: FloatArray, right: FloatArray, start: FloatArra
         growing = ~free & _is_negative(gram @ x - right, right)
         value = _value(gram, right, x)
         if not (growing.any() and value < lowest):
-            return x
+            return np.maximum(systems.factorise(free), 0.0)  # by its own factor
         free, lowest = (x > 0.0) | growing, value
 
 
@@ -95,31 +100,15 @@ def _value(gram: FloatArray, right: FloatArray, x: FloatArray) -> float:
     return float(x @ (0.5 * (gram @ x) - right))
 
 
-def _solve_among(gram: FloatArray, right: FloatArray, free: NDArray[np.bool_]) -> FloatArray:
-    """Return the x (n,) that solves gram x = right among the `free` (n,) variables; the others are 0."""
-    x = np.zeros(len(right))
-    if free.any():
-        x[free] = lapack.dpotrs(factor_among(gram, free), right[free], lower=1)[0]
-    return x
+def _has_wrong_sign(
+    gram: FloatArray, right: FloatArray, free: NDArray[np.bool_], x: FloatArray
+) -> NDArray[np.bool_]:
+    """Return which variables (n,) should change sides: free ones below 0, and zeros that should grow."""
+    found: NDArray[np.bool_] = (free & _is_negative(x, x)) | (~free & _is_negative(gram @ x - right, right))
+    return found
 
 
 def _is_negative(values: FloatArray, scale: FloatArray) -> NDArray[np.bool_]:
     """Return which `values` (n,) are negative beyond round-off, relative to the largest magnitude of `scale`."""
     found: NDArray[np.bool_] = values < -RELATIVE_ROUND_OFF * np.abs(scale).max(initial=0.0)
-    return found
-
-
-def factor_among(gram: FloatArray, free: NDArray[np.bool_]) -> FloatArray:
-    """Return the Cholesky factor of the rows and columns of `gram` (n, n) that are `free` (n,), in its lower triangle.
-
-    It is for LAPACK alone: what stands above the diagonal has no meaning, and nothing is checked or copied twice.
-
-    Raises:
-        numpy.linalg.LinAlgError: That part is not positive definite.
-    """
-    part = gram[np.ix_(free, free)]
-    factor, failed = lapack.dpotrf(part.T, lower=1, clean=0, overwrite_a=1)
-    if failed:
-        raise np.linalg.LinAlgError(f"the leading minor of order {failed} is not positive definite")
-    found: FloatArray = factor
     return found

@@ -198,9 +198,11 @@ def _fit_fine_and_heating(dataset: Dataset, data: _Data, options: Vo2FitOptions)
     records = [record for record in dataset.records if record.use != "test"]
     v, tau = data.v, None
     coarse = min(COARSE_CELLS, options.fine_cells)
+    near_r, near_d = None, None
     for cells in (coarse, coarse, options.fine_cells):
-        fine_r = fit_preisach(v, data.u, data.scored, cells=cells)
-        fine_d = fit_preisach(v, data.deflection, data.deflection_scored, cells=cells)
+        fine_r = fit_preisach(v, data.u, data.scored, cells=cells, near=near_r)
+        fine_d = fit_preisach(v, data.deflection, data.deflection_scored, cells=cells, near=near_d)
+        near_r, near_d = fine_r.model, fine_d.model
         tau = find_time_constant(records, fine_r.model, fine_d.model, NOMINAL_TIME_CONSTANT_S)
         if tau is not None:
             v = simulate_hold_ends(dataset, tau.value_s, reads_after=tau.reads_after)

@@ -22,7 +22,8 @@ from scipy.linalg import lapack
 from rtctl.border.arrays import FloatArray
 from rtctl.hysteresis.preisach.corners import CornerRows, corner_rows
 from rtctl.hysteresis.preisach.model import PreisachModel
-from rtctl.identification.least_squares.nonnegative import factor_among, nonnegative_least_squares
+from rtctl.identification.least_squares.free_systems import factor_among
+from rtctl.identification.least_squares.nonnegative import nonnegative_least_squares
 
 SMOOTHNESS = (1e-1, 1e-2, 1e-3, 1e-4)
 """Values of lambda that are tried, relative to the mean square of the regressors."""
