@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 from collections.abc import Callable
 from functools import cache
@@ -12,6 +13,9 @@ from firmware_cases import host_program
 from vo2_cases import IdentifiedDevice, identified_device
 
 from rtctl.models.vo2 import write_model
+
+# A worker of the suite keeps so many objects that to look through them for cycles costs a twentieth of its time.
+gc.set_threshold(100_000, 50, 100)
 
 
 @pytest.fixture(scope="session")
