@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from scipy.integrate import solve_ivp
+from scipy.integrate import odeint
 
 from rtctl.border.errors import InputError
 from rtctl.cli import main
@@ -48,10 +48,8 @@ def duffing(drive: np.ndarray) -> np.ndarray:
         u = float(np.interp(t, time_s, drive))
         return [y[1], GAIN * u - DAMPING * y[1] - STIFFNESS * y[0] - CUBIC * y[0] ** 3]
 
-    solution = solve_ivp(
-        rate, (0.0, time_s[-1]), [0.0, 0.0], t_eval=time_s, rtol=1e-9, atol=1e-12, max_step=1 / RATE_HZ
-    )
-    return np.asarray(solution.y[0])
+    moved = odeint(rate, [0.0, 0.0], time_s, tfirst=True, rtol=1e-10, atol=1e-13, hmax=1 / RATE_HZ)
+    return np.asarray(moved[:, 0])
 
 
 @pytest.fixture(scope="module")

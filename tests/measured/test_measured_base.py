@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
+from scipy.integrate import odeint
 
 import rtctl
 from rtctl.border.errors import InputError
@@ -35,23 +36,26 @@ use = "{use}"
 DAMPING, STIFFNESS = 6.0, 3600.0
 
 
+@cache
+def moved(seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the acceleration of the base [m/s^2] and the displacement [mm] (1500,), with noise."""
+    times, rng = np.arange(1500) / 500.0, np.random.default_rng(seed)
+    phases = rng.uniform(0.0, 2.0 * np.pi, 8)
+    base = sum(np.sin(2.0 * np.pi * (3.0 + 2.0 * k) * times + phases[k]) for k in range(8))
+    base = base * np.minimum(times / 0.2, 1.0)
+
+    def rate(t: float, y: Any) -> list[float]:
+        return [y[1], -DAMPING * y[1] - STIFFNESS * y[0] - 1e3 * np.interp(t, times, base)]
+
+    z = odeint(rate, [0.0, 0.0], times, tfirst=True, rtol=1e-8, atol=1e-8, hmax=2e-3)[:, 0]
+    return base, z + rng.normal(scale=0.003, size=len(z))
+
+
 def shaken(folder: Path, name: str = "base_acceleration", unit: str = "m/s^2", more: str = "") -> Path:
     """Write records of a beam, relative to its shaken base, by SciPy: z'' = - damping z' - stiffness z - a."""
     text = MANIFEST.format(name=name, unit=unit, more=more)
-    times = np.arange(1500) / 500.0
     for seed, use in ((1, "fit"), (2, "fit"), (3, "test")):
-        rng = np.random.default_rng(seed)
-        phases = rng.uniform(0.0, 2.0 * np.pi, 8)
-        base = sum(np.sin(2.0 * np.pi * (3.0 + 2.0 * k) * times + phases[k]) for k in range(8))
-        base = base * np.minimum(times / 0.2, 1.0)  # m/s^2
-
-        def rate(t: float, y: Any, base: Any = base) -> list[float]:
-            return [y[1], -DAMPING * y[1] - STIFFNESS * y[0] - 1e3 * np.interp(t, times, base)]
-
-        z = solve_ivp(
-            rate, (0.0, times[-1]), [0.0, 0.0], t_eval=times, rtol=1e-8, atol=1e-8, max_step=2e-3
-        ).y[0]
-        z = z + rng.normal(scale=0.003, size=len(z))
+        base, z = moved(seed)
         np.savez(folder / f"r{seed}.npz", **{name: base, "displacement": z})
         text += RECORD.format(file=f"r{seed}.npz", use=use)
     path = folder / "dataset.toml"
