@@ -10,7 +10,7 @@ from vo2_model_cases import PERIOD_S, TAU_S, small_model
 
 from rtctl.hysteresis.preisach.model import PreisachModel, preisach_step
 
-STEPS = 400
+STEPS = 160
 """In a sample period."""
 R_COLD = 130e3
 
