@@ -39,7 +39,9 @@ class RunResult:
     """What was changed while it ran."""
 
 
-def write_run(folder: Path, scenario: Scenario, tables: Mapping[str, Any], result: RunResult) -> None:
+def write_run(
+    folder: Path, scenario: Scenario, tables: Mapping[str, Any], result: RunResult, *, plot: bool = True
+) -> None:
     """Write all files of a run; the summary after the recordings, so that a folder with a summary has them whole.
 
     Args:
@@ -47,11 +49,12 @@ def write_run(folder: Path, scenario: Scenario, tables: Mapping[str, Any], resul
         scenario: the checked scenario.
         tables: the scenario as it was run, overrides included; it goes into the recording's metadata.
         result: the results.
+        plot: whether to draw the run.
     """
     (folder / "summary.json").unlink(missing_ok=True)  # of an earlier run in the same folder
     write_tables(folder, result.signals, result.timing, result.units, run_metadata(tables))
     write_json(folder / "summary.json", result.summary)
-    if len(result.signals["index"]) > 1:  # last: a picture takes longest, and nothing depends on it
+    if plot and len(result.signals["index"]) > 1:  # last: a picture takes longest, and nothing depends on it
         draw_run(folder / "run.png", scenario, result)
 
 

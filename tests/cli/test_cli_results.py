@@ -16,7 +16,7 @@ PERCENTILES = {"p50", "p99", "p99_9", "max"}
 
 
 def run(model: Path, out: Path, *more: str) -> int:
-    return main(["run", "steps", "--model", str(model), "--out", str(out), *SHORT, *more])
+    return main(["run", "steps", "--model", str(model), "--out", str(out), "--no-plot", *SHORT, *more])
 
 
 def test_the_summary_has_the_agreed_fields(model_file: Path, tmp_path: Path) -> None:

@@ -43,7 +43,16 @@ def errors(scenario: str, models: dict[str, Path], out: Path, *overrides: str) -
     """Mean tracking error [um] with each model."""
     found = {}
     for name, model in models.items():
-        command = ["run", scenario, "--model", str(model), "--out", str(out / name), *settings(*overrides)]
+        command = [
+            "run",
+            scenario,
+            "--model",
+            str(model),
+            "--out",
+            str(out / name),
+            "--no-plot",
+            *settings(*overrides),
+        ]
         assert main(command) in (0, 1)
         found[name] = summary_of(out / name)["tracking"]["mean_abs_um"]
     return found

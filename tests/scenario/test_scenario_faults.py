@@ -74,7 +74,7 @@ CHANGES: dict[str, Change] = {
 
 
 def run(model: Path, out: Path, *more: str) -> int:
-    return main(["run", "steps", "--model", str(model), "--out", str(out), "--quiet", *more])
+    return main(["run", "steps", "--model", str(model), "--out", str(out), "--quiet", "--no-plot", *more])
 
 
 @pytest.mark.parametrize("fault", CHANGES)

@@ -37,7 +37,7 @@ def device_settings(name: str) -> list[str]:
 
 def run(scenario: str, out: Path, *overrides: str, model: Path | None = None) -> int:
     given = ["--model", str(model)] if model else []
-    return main(["run", scenario, *given, "--out", str(out), "--quiet", *settings(*overrides)])
+    return main(["run", scenario, *given, "--out", str(out), "--quiet", "--no-plot", *settings(*overrides)])
 
 
 def settled(folder: Path, hold_s: float) -> dict[str, np.ndarray]:

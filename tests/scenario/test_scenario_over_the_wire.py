@@ -38,7 +38,7 @@ QUICK = {("steps", wire) for wire in WIRES} | {
 def test_over_the_wire_and_in_process_agree_to_the_last_bit(
     wire: str, name: str, model_file: Path, tmp_path: Path
 ) -> None:
-    common = ["run", name, "--model", str(model_file), "--quiet", *settings(*SHORT[name])]
+    common = ["run", name, "--model", str(model_file), "--quiet", "--no-plot", *settings(*SHORT[name])]
     main([*common, "--out", str(tmp_path / "here"), *settings("driver.seed=7", "clock.unlocked=false")])
     with served_process("vo2_a", wire, tmp_path) as there:
         main([*common, "--out", str(tmp_path / "there"), *there.settings])
@@ -64,7 +64,7 @@ def test_acquire_identify_run_on_a_foreign_device_given_only_its_address(
             main(["identify", str(data / "dataset.toml"), "--kind", "vo2", "--out", str(model), *quick]) == 0
         )
         assert len(read_model(model).resistance_preisach.grid) == 31
-        run = ["run", "steps", "--quiet", *settings("scenario.duration=3 s"), *there.settings]
+        run = ["run", "steps", "--quiet", "--no-plot", *settings("scenario.duration=3 s"), *there.settings]
         assert main([*run, "--model", str(model), "--out", str(out)]) == 0
         assert capsys.readouterr() == ("", "")
         assert main([*run, "--model", str(model_file), "--out", str(tmp_path / "wrong")]) == 2
@@ -82,7 +82,7 @@ def test_a_live_run_keeps_every_period_or_counts_it(model_file: Path, tmp_path: 
         "clock.watchdog=5 s",
     )  # fmt: skip
     with served_process("vo2_a", "modbus-tcp", tmp_path) as there:
-        run = ["run", "steps", "--model", str(model_file), "--out", str(tmp_path), "--quiet"]
+        run = ["run", "steps", "--model", str(model_file), "--out", str(tmp_path), "--quiet", "--no-plot"]
         main([*run, *live, *there.settings])
     summary = summary_of(tmp_path)
     assert summary["faults"] == []

@@ -97,6 +97,7 @@ def run_on_board(
     model: PathText | None = None,
     out: PathText,
     settings: Settings = (),
+    plot: bool = True,
 ) -> RunResult:
     """Run a scenario with the loop on the emulated Cortex-M4F; this computer gives it the plan and watches.
 
@@ -107,6 +108,7 @@ def run_on_board(
         model: Model file; None: the one that the scenario names.
         out: Folder of the results: `summary.json`, `signals.parquet`, `run.png`; a run that it holds is moved aside.
         settings: Further keys of the scenario to override.
+        plot: Whether the folder gets a picture of the run.
 
     Raises:
         InputError: The driver is no serial line, the folders do not belong together, compiler or emulator are missing.
@@ -142,7 +144,7 @@ def run_on_board(
         folder / "signals.parquet", result.signals, result.units, {"program": "rtctl", "board": str(place)}
     )
     write_json(folder / "summary.json", result.summary)
-    if len(result.signals["index"]) > 1:
+    if plot and len(result.signals["index"]) > 1:
         draw_run(folder / "run.png", loaded.scenario, result)
     return result
 

@@ -132,7 +132,7 @@ class Run:
         return html_table(title, ["error", "mean absolute (of range)", "largest (of range)"], rows, notes)
 
 
-# 8 parameters because each part of a loop can be exchanged
+# 9 parameters because each part of a loop can be exchanged
 def run(  # noqa: PLR0913
     scenario: PathText | Mapping[str, Any],
     *,
@@ -142,6 +142,7 @@ def run(  # noqa: PLR0913
     estimator: str | Mapping[str, Any] | Estimator | type | Callable[..., Estimator] | None = None,
     settings: Settings = (),
     out: PathText | None = None,
+    plot: bool = True,
     progress: Progress = False,
 ) -> Run:
     """Play a scenario in closed loop, or in open loop where it has excitations, and score it.
@@ -155,6 +156,7 @@ def run(  # noqa: PLR0913
         estimator: The same of [estimator].
         settings: Further keys of the scenario to override, such as `{"scenario.duration": "2 s"}`.
         out: Folder into which the run records while it lasts; None: into memory.
+        plot: Whether the folder gets a picture of the run.
         progress: True shows set-point, estimate, error and lateness while it runs (a bar where it records into memory),
             a callable hears (text, share that is done or None).
 
@@ -185,12 +187,13 @@ def run(  # noqa: PLR0913
         content, file, identified = _model(loaded, given, device, place, stop, report)
         if identified and own is None:
             device = _driver(loaded)  # the first one was closed after the identification
-        return _track(loaded, content, file, device, folder, stop, report)
+        return _track(loaded, content, file, device, folder, stop, report, plot=plot)
 
 
-def _track(
+# 8 parameters because all parts of a run meet here
+def _track(  # noqa: PLR0913
     loaded: LoadedScenario, model: Any, file: Path | None, device: Driver, folder: Path | None, stop: Any,
-    report: Reporter,
+    report: Reporter, *, plot: bool,
 ) -> Run:  # fmt: skip
     """Run the loop with all parts known, and write the files of a run that has a folder."""
     from rtctl.loop.live_parameters import ParameterChannel
@@ -217,7 +220,7 @@ def _track(
     with _listening(folder, changes), _telling(folder, loaded, report):
         result, outcome = track(loaded.scenario, model, device, stop, run_folder, changes)
     if folder is not None:
-        write_run(folder, loaded.scenario, loaded.tables, result)
+        write_run(folder, loaded.scenario, loaded.tables, result, plot=plot)
     return Run(
         scenario=loaded.scenario, summary=result.summary, fault=outcome.fault, message=outcome.message, folder=folder,
         _result=result, _tables=loaded.tables,

@@ -23,6 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--on", type=Path, metavar="DIR",
         help="folder of `rtctl export c`: the loop runs on an emulated Cortex-M4F, with the device at driver.port",
     )  # fmt: skip
+    parser.add_argument("--no-plot", action="store_true", help="draw no picture of the run")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -36,8 +37,9 @@ def run(args: argparse.Namespace) -> int:
     if args.on is not None:
         return _run_on_board(args, folder)
     outcome = running.run(
-        args.scenario, model=args.model, settings=args.overrides, out=folder, progress=not is_quiet(args)
-    )
+        args.scenario, model=args.model, settings=args.overrides, out=folder, plot=not args.no_plot,
+        progress=not is_quiet(args),
+    )  # fmt: skip
     if args.json:
         print_json(outcome.summary)
     elif not args.quiet:
@@ -53,7 +55,14 @@ def _run_on_board(args: argparse.Namespace, folder: Path) -> int:
     from rtctl.cli.options import print_json
     from rtctl.cli.printing.runs import print_summary
 
-    result = run_on_board(args.scenario, board=args.on, model=args.model, out=folder, settings=args.overrides)
+    result = run_on_board(
+        args.scenario,
+        board=args.on,
+        model=args.model,
+        out=folder,
+        settings=args.overrides,
+        plot=not args.no_plot,
+    )
     if args.json:
         print_json(result.summary)
     elif not args.quiet:
