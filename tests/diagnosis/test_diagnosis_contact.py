@@ -62,6 +62,7 @@ SLOW = (
     "stop.two_sided",
     "stiffness.quadratic",
     "drive.delay",
+    "drive.deadband",
     "actuator.backlash",
     "base.motion",
     "stop.one_sided",

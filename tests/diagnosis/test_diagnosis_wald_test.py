@@ -37,7 +37,14 @@ def answer(manifest: Path) -> dict[str, object]:
     return content
 
 
-@pytest.mark.parametrize("name", ["damping", "stiffness", "drive_gain"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param("damping", marks=pytest.mark.slow),
+        "stiffness",
+        pytest.param("drive_gain", marks=pytest.mark.slow),
+    ],
+)
 def test_one_value_that_is_off_is_named_and_mended(tmp_path: Path, name: str) -> None:
     found = answer(case(tmp_path, **{name: 1.2}))
     assert found["verdict"] == "explained"

@@ -17,10 +17,8 @@ def test_there_are_notebooks() -> None:
     assert {"oscillator", "own_parts", "vo2_loop"} <= set(NOTEBOOKS)
 
 
-@pytest.mark.parametrize(
-    "name",
-    [pytest.param(one, marks=() if one == "own_parts" else pytest.mark.slow) for one in NOTEBOOKS],
-)
+@pytest.mark.slow  # their kernel imports half a minute of modules, and the tutorials show the same
+@pytest.mark.parametrize("name", NOTEBOOKS)
 def test_a_notebook_runs_and_shows_the_same_kinds_of_outputs(name: str) -> None:
     pytest.importorskip("nbclient")
     command = [sys.executable, str(FOLDER / "make.py"), "--check", name]

@@ -153,11 +153,11 @@ def struck_by(
 @pytest.mark.parametrize(
     ("wire", "kind", "duration_s"),
     [
-        ("serial", Kind.DROP, 0.0),
+        pytest.param("serial", Kind.DROP, 0.0, marks=pytest.mark.slow),
         ("serial", Kind.BIT_FLIP, 0.0),
         ("serial", Kind.TRUNCATE, 0.0),
         pytest.param("rtu", Kind.BIT_FLIP, 0.0, marks=pytest.mark.slow),
-        ("rtu", Kind.DELAY, 0.35),
+        pytest.param("rtu", Kind.DELAY, 0.35, marks=pytest.mark.slow),
         ("tcp", Kind.DROP, 0.0),
         ("tcp", Kind.DISCONNECT, 0.02),
         pytest.param("serial", Kind.DISCONNECT, 0.02, marks=pytest.mark.slow),

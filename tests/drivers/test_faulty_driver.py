@@ -40,7 +40,7 @@ def scenario_file(folder: Path, kind: str, where: str, fault: str) -> Path:
 
 
 @pytest.mark.wire
-@pytest.mark.parametrize("kind", ["serial", "modbus-tcp"])
+@pytest.mark.parametrize("kind", ["serial", pytest.param("modbus-tcp", marks=pytest.mark.slow)])
 def test_a_scenario_with_faults_ends_with_a_name_and_repeats_by_its_seed(
     kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
