@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rtctl.api import diagnosing
 from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Simulation, Stimulus
-from rtctl.cli import main
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
@@ -105,11 +105,14 @@ def dataset_of(folder: Path, *records: tuple[FloatArray, FloatArray, str]) -> Da
 def answer_to(
     folder: Path, records: list[tuple[FloatArray, FloatArray, str]], mechanisms: str = "friction.coulomb"
 ) -> dict[str, Any]:
-    """diagnosis.json of the command on these records."""
-    manifest, model = write_case(folder, records), folder / "model.toml"
-    command = ["diagnose", str(manifest), "--model", str(model), "--mechanisms", mechanisms, "--quiet"]
-    assert main([*command, "--out", str(folder / "out")]) == 0
-    found: dict[str, Any] = json.loads((folder / "out" / "diagnosis.json").read_text())
+    """diagnosis.json of these records."""
+    return json_of(write_case(folder, records), folder / "model.toml", mechanisms)
+
+
+def json_of(manifest: Path, model: Path, mechanisms: str | None = None) -> dict[str, Any]:
+    """What diagnosis.json has, without a second for the pictures of the report."""
+    answer = diagnosing.diagnose(manifest, model, mechanisms=mechanisms)
+    found: dict[str, Any] = json.loads(json.dumps(answer.to_dict()))
     return found
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from diagnosis_cases import FRICTION, MODEL, PERIOD_S, device, noise_drive
+from diagnosis_cases import FRICTION, MODEL, PERIOD_S, device, json_of, noise_drive
 
 from rtctl.border.simulation import Simulation, Stimulus
 from rtctl.border.units.quantities import convert
@@ -49,9 +49,7 @@ def test_friction_is_found_by_any_response(tmp_path: Path, response: str, hold: 
     manifest, model = write(tmp_path, device(FRICTION), response, hold), tmp_path / "model.toml"
     assert main(["identify", str(manifest), "--out", str(model), "--quiet", "--no-plot"]) == 0
     ids = "friction.coulomb,damping.quadratic,stiffness.cubic,sensor.offset"
-    command = ["diagnose", str(manifest), "--model", str(model), "--mechanisms", ids, "--quiet"]
-    assert main([*command, "--out", str(tmp_path / "out")]) == 0
-    found = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
+    found = json_of(manifest, model, ids)
     (cause,) = found["causes"]
     assert cause["id"] == "friction.coulomb"
     level = cause["parameters"]["level"]
@@ -70,17 +68,7 @@ def test_a_stop_is_found_where_the_motion_passes_also_by_its_velocity(tmp_path: 
     manifest = write(tmp_path, device(stop), "velocity", "linear")
     (tmp_path / "model.toml").write_text(MODEL)
     ids = "stop.one_sided,stiffness.cubic,stiffness.quadratic"
-    command = [
-        "diagnose",
-        str(manifest),
-        "--model",
-        str(tmp_path / "model.toml"),
-        "--mechanisms",
-        ids,
-        "--quiet",
-    ]
-    assert main([*command, "--out", str(tmp_path / "out")]) == 0
-    found = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
+    found = json_of(manifest, tmp_path / "model.toml", ids)
     (cause,) = found["causes"]
     assert cause["id"] == "stop.one_sided"
     assert cause["parameters"]["place"]["value"] == pytest.approx(0.5, rel=0.01)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from diagnosis_cases import answer_to, device, friction_case, measured, noise_drive
+from diagnosis_cases import device, friction_case, measured, noise_drive, write_case
 from vo2_model_cases import small_model
 
 import rtctl
@@ -53,7 +53,9 @@ def test_a_device_without_a_gap_gives_no_extended_model(
     ]
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "model-extended.toml").write_text("# of an earlier answer")
-    found = answer_to(tmp_path, records, FEW)
+    answer = rtctl.diagnose(write_case(tmp_path, records), tmp_path / "model.toml", mechanisms=FEW)
+    answer.save(tmp_path / "out")
+    found = answer.to_dict()
     assert (found["verdict"], found["model"]) == ("adequate", None)
     assert found["model_withheld"] == "no cause is claimed, so there is no extended model"
     assert not list(tmp_path.rglob("model-extended.toml"))
