@@ -5,6 +5,8 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 # Hundreds of processes import the same modules; without bytecode on disk each of them compiles all for four seconds.
 unexport PYTHONDONTWRITEBYTECODE
+# Two workers with two threads each for a small matrix wait for each other ten times as long as they compute.
+unit slow coverage: export OPENBLAS_NUM_THREADS = 1
 
 .PHONY: run test setup lint types contracts unit slow fuzz docs coverage minimal thresholds blind figures benchmarks clean
 
