@@ -231,6 +231,18 @@ def test_readings_at_the_end_of_a_period_are_recognised_and_make_the_film_no_fas
     assert not at_start.reads_after
 
 
+def test_when_rows_are_read_is_what_the_staircases_say_of_a_device_that_is_delayed_later():
+    """The delay of a period, and readings at its end, are as readings at its start of a device without."""
+    staircase = read_after(measured(NOMINAL_S, 3, levels=40, use="identify"))
+    delayed = [measured(NOMINAL_S, seed, levels=80) for seed in (4, 5)]
+    found = fit_time_constant([staircase, *delayed], RESISTANCE, DEFLECTION, NOMINAL_S)
+    assert found is not None
+    assert found.reads_after
+    alone = fit_time_constant(delayed, RESISTANCE, DEFLECTION, NOMINAL_S)
+    assert alone is not None
+    assert not alone.reads_after
+
+
 def read_late(record):
     """The same measurement by a device whose readings answer the current one row late."""
     current = record.signals["current"]

@@ -107,17 +107,28 @@ def fit_time_constant(
 ) -> TimeConstant | None:
     """Fit the time constant, with readings at the start of a row's period, or at its end where that certainly fits.
 
-    A sample that is missing between current and reading would be taken for a slower or faster film. See
+    A sample that is missing between current and reading would be taken for a slower or faster film. The staircases may
+    tell it alone: what began to act after them delays or hastens the readings of other records. See
     `fit_with_readings`.
     """
-    (usual, least), (after, cost) = (
+    staircases = [record for record in records if record.use == "identify"]
+    groups = [records] if len(staircases) == len(records) else [staircases, records]
+    read_late = any(_reads_after(group, resistance, deflection, nominal_s) for group in groups)
+    return fit_with_readings(records, resistance, deflection, nominal_s, reads_after=read_late)[0]
+
+
+def _reads_after(
+    records: Sequence[Record], resistance: ReadOut, deflection: ReadOut | None, nominal_s: float
+) -> bool:
+    """Return whether rows are certainly read at the end of their periods, and leave less so."""
+    (_, least), (after, cost) = (
         fit_with_readings(records, resistance, deflection, nominal_s, reads_after=after)
         for after in (False, True)
     )
     if after is None or not cost < least:
-        return usual
+        return False
     rows, error = estimate_reading_instant(records, resistance, deflection, nominal_s, after.value_s)
-    return after if rows > max(READS_AFTER_ROWS, READS_AFTER_ERRORS * error) else usual
+    return rows > max(READS_AFTER_ROWS, READS_AFTER_ERRORS * error)
 
 
 def estimate_reading_instant(
