@@ -22,6 +22,8 @@ from rtctl.reproduce.vo2.study import STUDY
 
 Parts = dict[str, dict[str, dict[str, Any]]]
 
+pytestmark = pytest.mark.slow  # half a minute; the frame and the two other studies are run in every check
+
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
