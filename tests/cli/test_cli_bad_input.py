@@ -278,6 +278,7 @@ IN_A_MANIFESTS_PLACE = "is a model file (model.toml), the manifest of a dataset 
         (["diagnose", "m.toml", "--model", "d.toml", "--out", "o"], f"m.toml: {IN_A_MANIFESTS_PLACE}"),
         (["identify", "m.toml", "--out", "o.toml"], f"m.toml: {IN_A_MANIFESTS_PLACE}"),
         (["preview", "m.toml"], f"m.toml: {IN_A_MANIFESTS_PLACE}"),
+        (["identify", "r.json", "--out", "o.toml"], "r.json: is no TOML file, as a manifest (dataset.toml)"),
         (["preview", "s.toml"], "s.toml: is a scenario, the manifest of a dataset"),
         (["run", "d.toml", "--out", "o"], "d.toml: is the manifest of a dataset (dataset.toml), a scenario is needed"),
         (["run", "s.toml", "--model", "d.toml", "--out", "o"], "a model file (model.toml) is needed here"),
@@ -294,6 +295,7 @@ def test_a_file_in_the_place_of_another_is_told_in_one_line(
     Path("d.toml").write_text(DATASET)
     Path("m.toml").write_text(MODEL)
     Path("s.toml").write_text(HEAD + REFERENCE)
+    Path("r.json").write_text('{"current": [1, 2]}')
     message = refusal(capsys, *arguments)
     assert words in message
     assert len(message.splitlines()) == 1

@@ -79,3 +79,12 @@ def test_where_pivoting_goes_round_in_circles_the_descent_answers(monkeypatch: p
     )
     np.testing.assert_allclose(nonnegative_least_squares(gram, right), exact, rtol=1e-5, atol=1e-9)
     assert asked
+
+
+def test_where_nothing_may_grow_all_is_zero():
+    gram, right = alike()
+    for method in (
+        nonnegative_least_squares,
+        lambda *system: descend_among_feasible(*system, np.zeros(len(right))),
+    ):
+        assert not method(gram, -gram @ np.ones(len(right))).any()

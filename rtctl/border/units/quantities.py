@@ -126,6 +126,10 @@ def read_toml(path: Path) -> dict[str, Any]:
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        if path.suffix.lower() != ".toml":
+            raise InputError(
+                f"{path}: is no TOML file, as a manifest (dataset.toml), a model or a scenario is"
+            ) from None
         raise InputError(f"{path}: not valid TOML: {error}") from None
 
 

@@ -14,6 +14,8 @@ Reference: P. Gill, W. Murray, M. Saunders, M. Wright, SIAM J. Sci. Stat. Comput
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lapack
@@ -43,12 +45,11 @@ class FreeSystems:
         Raises:
             numpy.linalg.LinAlgError: The part of `gram` is not positive definite.
         """
-        if not free.any():
-            return np.zeros(len(free))
         changed = int((free ^ self._base).sum())
-        return (
-            self.factorise(free) if changed > MOST_CHANGED * len(self._places) else self._solve_bordered(free)
-        )
+        if len(self._places) and changed <= MOST_CHANGED * len(self._places):
+            with suppress(np.linalg.LinAlgError):  # round-off, where the variables are as good as dependent
+                return self._solve_bordered(free)
+        return self.factorise(free)
 
     def is_factorised(self, free: NDArray[np.bool_]) -> bool:
         """Return whether the factor at hand is that of `free` (n,)."""
@@ -61,6 +62,8 @@ class FreeSystems:
             numpy.linalg.LinAlgError: The part of `gram` is not positive definite.
         """
         self._base, self._places = free.copy(), np.flatnonzero(free)
+        if not len(self._places):
+            return np.zeros(len(free))
         self._factor = factor_among(self._gram, free)
         self._columns = np.empty((len(self._places), 0), order="F")
         self._column_of = np.full(len(free), -1, dtype=np.intp)
