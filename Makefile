@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 # Hundreds of processes import the same modules; without bytecode on disk each of them compiles all for four seconds.
 unexport PYTHONDONTWRITEBYTECODE
-# Two workers with two threads each for a small matrix wait for each other ten times as long as they compute.
+# Workers with two threads each for a small matrix wait for each other ten times as long as they compute.
 unit slow coverage: export OPENBLAS_NUM_THREADS = 1
 
 .PHONY: run test setup lint types contracts unit slow fuzz docs coverage minimal thresholds blind figures benchmarks clean
@@ -15,7 +15,7 @@ run: $(STAMP)
 
 # Checks that need one core go two at a time; the tests have both cores to themselves.
 test: $(STAMP)
-	DOCS_SEARCH=false $(MAKE) --jobs=2 --output-sync=target lint types contracts docs
+	DOCS_WHOLE=false $(MAKE) --jobs=2 --output-sync=target lint types contracts docs
 	$(MAKE) unit
 
 setup: $(STAMP)
@@ -49,7 +49,8 @@ COUNT ?= 2000
 fuzz: $(STAMP)
 	$(BIN)/python tests/fuzz/fuzz.py --seed $(SEED) --count $(COUNT)
 
-# The documentation as a site in out/site; a broken link or an undocumented argument is an error.
+# The documentation as a site in out/site; a broken link or an undocumented argument is an error. With DOCS_WHOLE=false
+# it has no search index and plain signatures, in two thirds of the time.
 docs: $(STAMP)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict --site-dir out/site
 

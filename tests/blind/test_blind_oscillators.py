@@ -19,11 +19,11 @@ NULLS = (
 )
 HIDDEN = (
     pytest.param(200_010, ("friction.coulomb",), marks=pytest.mark.slow),
-    pytest.param(200_011, ("stiffness.cubic",), marks=pytest.mark.slow),
+    (200_011, ("stiffness.cubic",)),
     pytest.param(200_012, ("drive.delay",), marks=pytest.mark.slow),
     pytest.param(200_013, ("drive.deadband",), marks=pytest.mark.slow),
     pytest.param(200_014, ("damping.quadratic",), marks=pytest.mark.slow),
-    (200_015, ("stiffness.parametric",)),
+    pytest.param(200_015, ("stiffness.parametric",), marks=pytest.mark.slow),
     pytest.param(200_016, ("sensor.hum",), marks=pytest.mark.slow),
     pytest.param(200_017, ("drive.offset",), marks=pytest.mark.slow),
     pytest.param(200_018, ("friction.coulomb", "stiffness.quadratic"), marks=pytest.mark.slow),

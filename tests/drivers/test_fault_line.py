@@ -158,7 +158,7 @@ def struck_by(
         ("serial", Kind.TRUNCATE, 0.0),
         pytest.param("rtu", Kind.BIT_FLIP, 0.0, marks=pytest.mark.slow),
         pytest.param("rtu", Kind.DELAY, 0.35, marks=pytest.mark.slow),
-        ("tcp", Kind.DROP, 0.0),
+        pytest.param("tcp", Kind.DROP, 0.0, marks=pytest.mark.slow),
         ("tcp", Kind.DISCONNECT, 0.02),
         pytest.param("serial", Kind.DISCONNECT, 0.02, marks=pytest.mark.slow),
     ],

@@ -50,7 +50,9 @@ def transcribed(model, resistance_ohm, v0):
     return np.array(answers)
 
 
-@pytest.mark.parametrize("name", RANGE_MA)
+@pytest.mark.parametrize(
+    "name", [pytest.param(one, marks=[] if one == "vo2_a" else [pytest.mark.slow]) for one in RANGE_MA]
+)
 def test_the_composite_is_the_papers_equations(identified, name):
     device = identified(name)
     run = run_over(ESTIMATORS["composite"](device.model), device.unseen, device.rest_mA)
