@@ -22,7 +22,7 @@ def _verdict(windows: int, compared: int, found: int) -> str:
             f"nothing is known of the device: the first {LEARNED + 1} {length} are warm-up and past, and this run has "
             f"{windows}; run for longer than {(LEARNED + 2) * WINDOW_S:g} s"
         )
-    told = f"{found} finding{'s' if found > 1 else ''}" if found else "the device is its model"
+    told = f"{found} finding{'s' if found > 1 else ''}" if found else "no change of the device was seen"
     return f"{told}: {compared} of {windows} {length} were compared with those before"
 
 

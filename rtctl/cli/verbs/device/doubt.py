@@ -26,7 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Run the verb. Returns 0: the device is its model; 1: something was found; 2: the run is too short to know."""
+    """Run the verb. Returns 0: no change was seen; 1: something was found; 2: the run is too short to know."""
     import os
 
     from rtctl.api.runs.doubting import doubt
