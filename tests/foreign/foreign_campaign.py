@@ -84,8 +84,8 @@ class Case:
 def judge(effect: str | None, diagnosis: dict[str, Any], second: str | None = None) -> str:
     """Right, wrong (a cause that is not there) or missed (for a null: not `adequate`, but no cause either).
 
-    One effect: its id is the first, or in a set of three at most. Two: both are named and no other; "in sets": each is, or stands
-    in a set of three at most with the one that is; "partly": one of them alone is named.
+    One effect: its id is the first, or in a set of three at most. Two: both are named and no other; "in sets": each is,
+    or stands in such a set with the one that is; "partly": one of them alone is named.
     """
     causes = diagnosis["causes"]
     if effect is None:
