@@ -27,7 +27,7 @@ import foreign_response_styles
 import foreign_styles
 
 LONGEST_S = 3600.0  # of one command
-NAMES_ALLOWED = 2  # in `indistinguishable_from`, for the true id among them to count
+NAMES_ALLOWED = 1  # in `indistinguishable_from`, for the true id among them to count
 EFFECT_SETS = ("known", "new", "all")  # of oscillators: what the program had first, what came later, both
 SAME = {"parameter.stiffness_cubic": "stiffness.cubic"}  # a term that the model lacks, and its value
 
@@ -84,8 +84,8 @@ class Case:
 def judge(effect: str | None, diagnosis: dict[str, Any], second: str | None = None) -> str:
     """Right, wrong (a cause that is not there) or missed (for a null: not `adequate`, but no cause either).
 
-    One effect: its id is the first, or in a set of three at most. Two: both are named and no other; "in sets": each is,
-    or stands in such a set with the one that is; "partly": one of them alone is named.
+    One effect: its id is the first, or in a set of two. Two: both are named and no other; "in sets": each is, or stands
+    in a set of two with the one that is; "partly": one of them alone is named.
     """
     causes = diagnosis["causes"]
     if effect is None:

@@ -432,13 +432,26 @@ def cause(name: str, *others: str) -> dict[str, object]:
         ([cause("a"), cause("b"), cause("c")], "wrong"),
         ([cause("c", "a", "b")], "wrong"),
         ([cause("c", "a"), cause("b")], "in sets"),
-        ([cause("c", "a"), cause("d", "b", "e")], "in sets"),
+        ([cause("c", "a"), cause("d", "b")], "in sets"),
+        ([cause("c", "a"), cause("d", "b", "e")], "wrong"),
         ([cause("c", "a", "b"), cause("d")], "wrong"),
         ([cause("c", "a", "e", "f"), cause("b")], "wrong"),
     ],
 )
 def test_two_effects_are_right_if_both_are_named_and_no_other(causes: list[dict], outcome: str) -> None:
     assert foreign_campaign.judge("a", {"verdict": "explained", "causes": causes}, "b") == outcome
+
+
+@pytest.mark.parametrize(
+    ("causes", "outcome"),
+    [
+        ([cause("b", "a")], "right"),
+        ([cause("b", "a", "c")], "missed"),
+        ([cause("b", "c")], "wrong"),
+    ],
+)
+def test_one_effect_is_right_in_a_set_of_two(causes: list[dict], outcome: str) -> None:
+    assert foreign_campaign.judge("a", {"verdict": "explained", "causes": causes}) == outcome
 
 
 def test_what_is_true_of_the_bench_is_taken_out_before_the_answer_is_judged() -> None:

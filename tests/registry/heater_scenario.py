@@ -41,16 +41,7 @@ def scenario_file(folder: Path, text: str = TEXT) -> Path:
 
 def run(folder: Path, *options: str, text: str = TEXT) -> tuple[int, dict[str, Any] | None]:
     """Return the exit code of `rtctl run` and the summary, None where it wrote none."""
-    code = main(
-        [
-            "run",
-            str(scenario_file(folder, text)),
-            "--out",
-            str(folder / "out"),
-            "--quiet",
-            "--no-plot",
-            *options,
-        ]
-    )
+    file, out = str(scenario_file(folder, text)), str(folder / "out")
+    code = main(["run", file, "--out", out, "--quiet", "--no-plot", *options])
     summary = folder / "out" / "summary.json"
     return code, json.loads(summary.read_text()) if summary.is_file() else None

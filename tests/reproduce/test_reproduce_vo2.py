@@ -22,7 +22,9 @@ from rtctl.reproduce.vo2.study import STUDY
 
 Parts = dict[str, dict[str, dict[str, Any]]]
 
-pytestmark = pytest.mark.slow  # half a minute; the frame and the two other studies are run in every check
+pytestmark = (
+    pytest.mark.slow
+)  # half a minute; the frame, and steps of the two other studies, are in every check
 
 
 @pytest.fixture(scope="module")

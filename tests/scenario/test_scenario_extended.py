@@ -43,17 +43,8 @@ def errors(scenario: str, models: dict[str, Path], out: Path, *overrides: str) -
     """Mean tracking error [um] with each model."""
     found = {}
     for name, model in models.items():
-        command = [
-            "run",
-            scenario,
-            "--model",
-            str(model),
-            "--out",
-            str(out / name),
-            "--no-plot",
-            *settings(*overrides),
-        ]
-        assert main(command) in (0, 1)
+        command = ["run", scenario, "--model", str(model), "--out", str(out / name), "--no-plot"]
+        assert main([*command, *settings(*overrides)]) in (0, 1)
         found[name] = summary_of(out / name)["tracking"]["mean_abs_um"]
     return found
 

@@ -99,21 +99,8 @@ def test_acquire_identify_run_at_a_source_meter(wire: str, tmp_path: Path) -> No
         quick = ["--plays", "3", "--cells", "30", "--starts", "1", "--no-plot", "--quiet"]
         assert main(["identify", str(data / "dataset.toml"), "--out", str(model), *quick]) == 0
         short = settings("scenario.duration=3 s", "checks.tracking_mean_percent=12")
-        main(
-            [
-                "run",
-                "steps",
-                "--quiet",
-                "--no-plot",
-                "--model",
-                str(model),
-                "--out",
-                str(out),
-                *LIVE,
-                *short,
-                *there,
-            ]
-        )
+        run = ["run", "steps", "--quiet", "--no-plot", "--model", str(model), "--out", str(out)]
+        main([*run, *LIVE, *short, *there])
     summary = summary_of(out)
     assert (summary["driver"], summary["faults"]) == ("scpi", [])
     assert summary["device"] == "KEITHLEY INSTRUMENTS,MODEL 2450,VO2-SLOW"

@@ -52,7 +52,7 @@ class FreeSystems:
         return self.factorise(free)
 
     def is_factorised(self, free: NDArray[np.bool_]) -> bool:
-        """Return whether the factor at hand is that of `free` (n,)."""
+        """Return whether the factor at hand is that of `free` (n,): then `solve` is as exact as `factorise`."""
         return bool(np.array_equal(free, self._base))
 
     def factorise(self, free: NDArray[np.bool_]) -> FloatArray:

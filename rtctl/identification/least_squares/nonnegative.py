@@ -78,7 +78,7 @@ def descend_among_feasible(gram: FloatArray, right: FloatArray, start: FloatArra
         growing = ~free & _is_negative(gram @ x - right, right)
         value = _value(gram, right, x)
         if not (growing.any() and value < lowest):
-            return np.maximum(systems.factorise(free), 0.0)  # by its own factor
+            return x if systems.is_factorised(free) else np.maximum(systems.factorise(free), 0.0)
         free, lowest = (x > 0.0) | growing, value
 
 

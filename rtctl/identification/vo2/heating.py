@@ -111,24 +111,25 @@ def fit_time_constant(
     tell it alone: what began to act after them delays or hastens the readings of other records. See
     `fit_with_readings`.
     """
+    usual, after, is_after = _fit_both_ways(records, resistance, deflection, nominal_s)
     staircases = [record for record in records if record.use == "identify"]
-    groups = [records] if len(staircases) == len(records) else [staircases, records]
-    read_late = any(_reads_after(group, resistance, deflection, nominal_s) for group in groups)
-    return fit_with_readings(records, resistance, deflection, nominal_s, reads_after=read_late)[0]
+    if after is not None and not is_after and len(staircases) < len(records):
+        is_after = _fit_both_ways(staircases, resistance, deflection, nominal_s)[2]
+    return after if is_after else usual
 
 
-def _reads_after(
+def _fit_both_ways(
     records: Sequence[Record], resistance: ReadOut, deflection: ReadOut | None, nominal_s: float
-) -> bool:
-    """Return whether rows are certainly read at the end of their periods, and leave less so."""
-    (_, least), (after, cost) = (
+) -> tuple[TimeConstant | None, TimeConstant | None, bool]:
+    """Return the fits with readings at the start and at the end of a period, and whether the latter certainly fits."""
+    (usual, least), (after, cost) = (
         fit_with_readings(records, resistance, deflection, nominal_s, reads_after=after)
         for after in (False, True)
     )
     if after is None or not cost < least:
-        return False
+        return usual, after, False
     rows, error = estimate_reading_instant(records, resistance, deflection, nominal_s, after.value_s)
-    return rows > max(READS_AFTER_ROWS, READS_AFTER_ERRORS * error)
+    return usual, after, rows > max(READS_AFTER_ROWS, READS_AFTER_ERRORS * error)
 
 
 def estimate_reading_instant(

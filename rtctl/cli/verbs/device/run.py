@@ -56,13 +56,8 @@ def _run_on_board(args: argparse.Namespace, folder: Path) -> int:
     from rtctl.cli.printing.runs import print_summary
 
     result = run_on_board(
-        args.scenario,
-        board=args.on,
-        model=args.model,
-        out=folder,
-        settings=args.overrides,
-        plot=not args.no_plot,
-    )
+        args.scenario, board=args.on, model=args.model, out=folder, settings=args.overrides, plot=not args.no_plot
+    )  # fmt: skip
     if args.json:
         print_json(result.summary)
     elif not args.quiet:
