@@ -30,18 +30,36 @@ export class Control {
     if (this.allowed && recording) await this.#ask();
   }
 
-  async #ask(quietly = false) {
+  /** Show what the device has taken of a change that was made at the elements `own`. */
+  #askLater(own) {
+    setTimeout(() => (this.#isElsewhere(own) ? this.#askLater(own) : this.#ask(own)), ASK_AFTER_MS);
+  }
+
+  /** Whether somebody is at another field, where what is typed would be lost with it. */
+  #isElsewhere(own) {
+    const at = document.activeElement;
+    return document.getElementById("parameters").contains(at) && !own.includes(at);
+  }
+
+  /** Make the fields anew; after a change, which was made at the elements `own`, once nobody is at others. */
+  async #ask(own = null) {
     const response = await fetch(`parameters?${new URLSearchParams({ run: this.run() })}`);
     if (!response.ok) {
       this.#say(await response.text(), true);
       return;
     }
-    if (!quietly) this.#say("", false);
+    if (!own) this.#say("", false);
     const all = await response.json();
+    if (own && this.#isElsewhere(own)) {
+      this.#askLater(own);
+      return;
+    }
     const groupOf = ({ name }) => GROUPS.find(({ prefix }) => name.startsWith(prefix));
     const fields = all.filter((one) => !groupOf(one)).flatMap((one) => this.#field(one));
     for (const group of GROUPS) fields.push(...this.#group(group, all.filter((one) => groupOf(one) === group)));
+    const at = document.activeElement.id;
     document.getElementById("parameters").replaceChildren(...fields);
+    document.getElementById(at)?.focus();
   }
 
   /** One line to choose a name of a group and to give it a value. */
@@ -71,12 +89,13 @@ export class Control {
     select.onchange = show;
     show();
     const send = async () => {
-      if (await this.#send(select.value, input.value)) setTimeout(() => this.#ask(true), ASK_AFTER_MS);
+      if (await this.#send(select.value, input.value)) this.#askLater([select, input, set]);
     };
+    const set = button(press, send);
     input.onkeydown = (event) => {
       if (event.key === "Enter") send();
     };
-    return [heading, select, input, unit, button(press, send)];
+    return [heading, select, input, unit, set];
   }
 
   #field({ name, unit, value }) {
