@@ -139,13 +139,13 @@ def test_a_served_device_is_shown_also_where_a_reading_is_missing_and_changed_by
             field = browser.find_element("id", f"value-{group}")
             field.clear()
             field.send_keys(value)
-        time.sleep(1.0)  # by then the page has asked what the device took of the first change
+        wait_for(lambda: browser.execute_script(TIMES_ASKED) >= 2, "what the device took of the first change")
         assert field.get_attribute("value") == "20", "what is typed meanwhile stays"
         field.send_keys(" ms\n")
         changes: list[tuple[str, float]] = []
         wait_for(lambda: changes.extend(account.changes()) or len(changes) == 2, "the changes")
         assert changes == [("effects.tcr", 3e-3), ("fault.stall", 20e-3)]
-        wait_for(lambda: browser.execute_script(TIMES_ASKED) >= 2, "the values that the device took")
+        wait_for(lambda: browser.execute_script(TIMES_ASKED) >= 3, "what the device took of the second one")
         low, high = wait_for(lambda: browser.execute_script(SECOND_RANGE), "the chart of the reading")
         assert 900.0 < low < 1010.0
         assert 1099.0 < high < 1200.0

@@ -1,8 +1,7 @@
 /** Changes of the run: set-point and gains by fields, stop by one press. */
 
-import { figure, words } from "./colours.js";
+import { Group, Parameter } from "./fields.js";
 
-const NAMES = { setpoint: "set-point" };
 const GROUPS = [
   { prefix: "effects.", title: "Hidden effects of the device", press: "Set", shows: true },
   { prefix: "parameters.", title: "Parameters of the device", press: "Set", shows: true },
@@ -15,7 +14,8 @@ export class Control {
   /** @param {Function} run returns the name of the run that is shown */
   constructor(run) {
     this.run = run;
-    this.chosen = {}; // name shown of each group
+    this.made = ""; // the run and the names that the fields were made for
+    this.fields = [];
     this.allowed = document.body.dataset.mayChange === "yes";
     const stop = document.getElementById("stop");
     stop.hidden = !this.allowed;
@@ -27,99 +27,39 @@ export class Control {
   async follow(recording) {
     document.getElementById("stop").disabled = !recording;
     document.getElementById("control").hidden = !this.allowed || !recording;
-    if (this.allowed && recording) await this.#ask();
+    if (this.allowed && recording && (await this.#ask())) this.#say("", false);
   }
 
-  /** Show what the device has taken of a change that was made at the elements `own`. */
-  #askLater(own) {
-    setTimeout(() => (this.#isElsewhere(own) ? this.#askLater(own) : this.#ask(own)), ASK_AFTER_MS);
-  }
-
-  /** Whether somebody is at another field, where what is typed would be lost with it. */
-  #isElsewhere(own) {
-    const at = document.activeElement;
-    return document.getElementById("parameters").contains(at) && !own.includes(at);
-  }
-
-  /** Make the fields anew; after a change, which was made at the elements `own`, once nobody is at others. */
-  async #ask(own = null) {
-    const response = await fetch(`parameters?${new URLSearchParams({ run: this.run() })}`);
+  /** Show the values that the run has now; the fields stay, and so does what is being typed in them. */
+  async #ask() {
+    const run = this.run();
+    const response = await fetch(`parameters?${new URLSearchParams({ run })}`);
     if (!response.ok) {
       this.#say(await response.text(), true);
-      return;
+      return false;
     }
-    if (!own) this.#say("", false);
     const all = await response.json();
-    if (own && this.#isElsewhere(own)) {
-      this.#askLater(own);
-      return;
+    const wanted = JSON.stringify([run, ...all.map(({ name }) => name)]);
+    if (wanted !== this.made) this.#make(all);
+    this.made = wanted;
+    for (const field of this.fields) field.show(all);
+    return true;
+  }
+
+  #make(all) {
+    const send = (name, text) => this.#send(name, text);
+    const sendAndAsk = async (name, text) => {
+      const taken = await this.#send(name, text);
+      if (taken) setTimeout(() => this.#ask(), ASK_AFTER_MS);
+      return taken;
+    };
+    const grouped = ({ name }) => GROUPS.some(({ prefix }) => name.startsWith(prefix));
+    this.fields = all.filter((one) => !grouped(one)).map((one) => new Parameter(one, send));
+    for (const group of GROUPS) {
+      const members = all.filter(({ name }) => name.startsWith(group.prefix));
+      if (members.length > 0) this.fields.push(new Group(group, members, sendAndAsk));
     }
-    const groupOf = ({ name }) => GROUPS.find(({ prefix }) => name.startsWith(prefix));
-    const fields = all.filter((one) => !groupOf(one)).flatMap((one) => this.#field(one));
-    for (const group of GROUPS) fields.push(...this.#group(group, all.filter((one) => groupOf(one) === group)));
-    const at = document.activeElement.id;
-    document.getElementById("parameters").replaceChildren(...fields);
-    document.getElementById(at)?.focus();
-  }
-
-  /** One line to choose a name of a group and to give it a value. */
-  #group({ prefix, title, press, shows }, members) {
-    if (members.length === 0) return [];
-    const heading = document.createElement("span");
-    heading.className = "dim wide";
-    heading.textContent = title;
-    const select = document.createElement("select");
-    select.id = `choose-${prefix}`;
-    select.setAttribute("aria-label", title);
-    const text = ({ name, unit, value }) =>
-      words(name.slice(prefix.length).replaceAll(".", " ")) + (shows && value ? ` (${figure(value)} ${unit})` : "");
-    select.replaceChildren(...members.map((one) => new Option(text(one), one.name)));
-    if (members.some(({ name }) => name === this.chosen[prefix])) select.value = this.chosen[prefix];
-    const input = document.createElement("input");
-    input.inputMode = "decimal";
-    input.id = `value-${prefix}`;
-    const unit = document.createElement("span");
-    unit.className = "dim";
-    const show = () => {
-      const one = members.find(({ name }) => name === select.value);
-      this.chosen[prefix] = one.name;
-      input.value = figure(one.value);
-      unit.textContent = one.unit;
-    };
-    select.onchange = show;
-    show();
-    const send = async () => {
-      if (await this.#send(select.value, input.value)) this.#askLater([select, input, set]);
-    };
-    const set = button(press, send);
-    input.onkeydown = (event) => {
-      if (event.key === "Enter") send();
-    };
-    return [heading, select, input, unit, set];
-  }
-
-  #field({ name, unit, value }) {
-    const label = document.createElement("label");
-    label.textContent = NAMES[name] ?? words(name.replace("controller.", ""));
-    const input = document.createElement("input");
-    input.inputMode = "decimal";
-    input.id = `field-${name}`;
-    label.htmlFor = input.id;
-    input.value = value === null ? "" : figure(value);
-    const said = document.createElement("span");
-    said.className = "dim";
-    said.textContent = unit;
-    const set = button("Set", () => this.#send(name, input.value));
-    input.onkeydown = (event) => {
-      if (event.key === "Enter") this.#send(name, input.value);
-    };
-    if (name !== "setpoint") return [label, input, said, set];
-    const plan = button("Plan", () => this.#send(name, "plan"));
-    plan.title = "The set-points of the scenario again";
-    const both = document.createElement("span");
-    both.className = "together";
-    both.append(set, " ", plan);
-    return [label, input, said, both];
+    document.getElementById("parameters").replaceChildren(...this.fields.flatMap((field) => field.elements));
   }
 
   async #send(name, value = "") {
@@ -143,12 +83,4 @@ export class Control {
     message.hidden = !refused;
     message.textContent = text;
   }
-}
-
-function button(text, press) {
-  const made = document.createElement("button");
-  made.type = "button"; // else Enter in any field would press the first one
-  made.textContent = text;
-  made.onclick = press;
-  return made;
 }
