@@ -68,6 +68,7 @@ def test_a_record_that_is_repeated_has_noise_of_its_own(tmp_path: Path) -> None:
     assert np.std(one - other) == pytest.approx(np.sqrt(2.0) * truth.noise.rms, rel=0.15)
 
 
+@pytest.mark.slow
 def test_noise_of_a_record_at_twice_the_period_is_as_fast_in_time(tmp_path: Path) -> None:
     """Of neighbours two periods of the case apart an autoregression of first order has the square of its pole."""
     sizes = SIZES["oscillator"] | {"noise": "ar1", "samples": 9000}

@@ -105,6 +105,7 @@ def test_without_a_model_the_nominal_four_are_fitted_and_the_file_says_where_the
     assert not out.with_suffix(".png").exists()
 
 
+@pytest.mark.slow
 def test_a_constant_that_is_left_over_is_named(simulation: Simulation, tmp_path: Path) -> None:
     draw = np.random.default_rng(77)
     drive = np.convolve(draw.standard_normal(4000), np.hanning(21), mode="same")
@@ -122,6 +123,7 @@ def test_a_constant_that_is_left_over_is_named(simulation: Simulation, tmp_path:
     assert any("sensor.offset" in text and "too low" in text for text in warnings)
 
 
+@pytest.mark.slow
 def test_columns_that_do_not_belong_together_give_no_model_to_trust(
     simulation: Simulation, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -11,7 +11,7 @@ from rtctl.cli import main
 from rtctl.measured.writer import write_dataset
 
 
-@pytest.mark.parametrize(("share", "notes"), [(0.3, 1), (0.0, 0)])
+@pytest.mark.parametrize(("share", "notes"), [(0.3, 1), pytest.param(0.0, 0, marks=pytest.mark.slow)])
 def test_domains_that_switch_as_one_are_noted(share, notes, tmp_path, capsys):
     film = dataset(share)
     path = write_dataset(tmp_path / "data", name="film", plant="vo2", records=film.records)

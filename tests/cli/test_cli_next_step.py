@@ -49,6 +49,7 @@ def test_each_step_names_the_next_one(
             json.loads(said)
 
 
+@pytest.mark.slow
 def test_a_diagnosis_ends_with_the_experiment_or_the_extended_model(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -98,6 +98,7 @@ parameters = { curvature = { value = 0.2, unit = "1/mm^2" } }
 """
 
 
+@pytest.mark.slow
 def test_a_motion_begins_where_the_models_sensor_reads_the_first_sample(bench: Path, tmp_path: Path) -> None:
     z = duffing(np.loadtxt(bench / "c.csv", delimiter=",", skiprows=1)[:, 0])
     root = np.sqrt(0.2)

@@ -130,6 +130,7 @@ def test_quiet_says_nothing_and_json_says_the_file(
     assert json.loads(said.out) == json.loads((answered / "again" / "diagnosis.json").read_text())
 
 
+@pytest.mark.slow
 def test_a_log_names_each_fit_once(answered: Path, capsys: pytest.CaptureFixture[str]) -> None:
     command = ["diagnose", str(answered / "dataset.toml"), "--model", str(answered / "model.toml")]
     assert main([*command, "--out", str(answered / "log"), "--mechanisms", FEW]) == 0
@@ -221,6 +222,7 @@ def test_a_stop_before_anything_is_known_is_a_message(answered: Path) -> None:
         diagnose(read_dataset(problem), read_oscillator_model(model), simulation, (), options)
 
 
+@pytest.mark.slow
 def test_on_a_full_disk_the_answer_is_told_and_one_message_says_what_to_do(answered: Path) -> None:
     """A limit on the size of files stands in for the disk: the page does not fit, the extended model does."""
     command = (

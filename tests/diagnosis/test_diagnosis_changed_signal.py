@@ -65,6 +65,7 @@ def test_an_offset_of_the_size_of_identification_errors_is_none() -> None:
     assert answer(-0.003).verdict == "adequate"
 
 
+@pytest.mark.slow
 def test_beside_another_cause_both_are_told_and_are_in_the_model() -> None:
     found = answer(-0.6, actuation__delay={"delay": 3e-3})
     assert found.verdict == "explained"

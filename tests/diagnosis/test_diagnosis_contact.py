@@ -93,9 +93,8 @@ def in_degrees(folder: Path) -> None:
         path.write_text(path.read_text().replace('"mm', '"deg'))
 
 
-@pytest.mark.parametrize(
-    "truth", ["stiffness.gravity", pytest.param("stiffness.cubic", marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("truth", ["stiffness.gravity", "stiffness.cubic"])
 def test_a_pendulum_is_told_from_a_series_of_its_sine(truth: str, tmp_path: Path) -> None:
     """Half a millimetre is a radian; what is written are degrees."""
     gravity = {"coefficient": (1.2e4, K), "radian": (0.5, Z)}

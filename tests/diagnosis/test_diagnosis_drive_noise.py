@@ -31,6 +31,7 @@ def test_of_a_right_model_nothing_is_wrong(tmp_path: Path) -> None:
     assert found["left_over_noise"] < 1.01
 
 
+@pytest.mark.slow
 def test_a_spring_that_hardens_by_as_much_as_that_noise_is_still_found(tmp_path: Path) -> None:
     cubic = {"id": "stiffness.cubic", "parameters": {"coefficient": {"value": 0.6, "unit": "1/(mm^2*s^2)"}}}
     found = answer(tmp_path, cubic)

@@ -115,6 +115,7 @@ def test_a_delay_beside_them_is_named_as_well(stepped):
     assert {cause.id for cause in found.causes} == {hysteresis_refit.ID, "actuation.delay"}
 
 
+@pytest.mark.slow
 def test_one_may_stop_before_the_loops_are_learned(stepped):
     found = stopped_at("the static loops, learned anew: resistance", *stepped, seconds=1.0)
     assert found.stopped

@@ -27,7 +27,7 @@ def answer(folder: Path, hidden: list[dict[str, object]], ids: str) -> dict[str,
 @pytest.mark.parametrize(
     "others",
     [
-        "stiffness.cubic",
+        pytest.param("stiffness.cubic", marks=pytest.mark.slow),
         pytest.param("stiffness.cubic,damping.quadratic,hysteresis.bouc_wen", marks=pytest.mark.slow),
     ],
 )

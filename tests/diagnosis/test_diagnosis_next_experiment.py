@@ -268,6 +268,7 @@ def with_noise(times: float, thresholds: Thresholds | None = None) -> NextExperi
     return proposed
 
 
+@pytest.mark.slow
 def test_what_one_record_does_not_decide_is_measured_as_often_as_it_takes() -> None:
     """The separation that is told is that of so many records."""
     problem, _, once = ambiguous()

@@ -125,9 +125,10 @@ def of(made: Simulation) -> Problem:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("hidden", "said"),
-    [pytest.param("root", "The damping force grows with another power", marks=pytest.mark.slow), ("dry", "")],
+    [("root", "The damping force grows with another power"), ("dry", "")],
 )
 def test_nor_is_a_damping_of_another_power_called_dry_friction(hidden: str, said: str) -> None:
     found = find_better_alternative(*braked(hidden), WorkBudget.of())

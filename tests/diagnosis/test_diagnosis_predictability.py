@@ -69,6 +69,7 @@ def hopping() -> tuple[Problem, Hypothesis]:
     return problem, nominal
 
 
+@pytest.mark.slow
 def test_where_it_hops_the_beginnings_show_what_is_missing() -> None:
     problem, nominal = hopping()
     assert relative_misfit(problem, nominal) > LIMITS.close_misfit

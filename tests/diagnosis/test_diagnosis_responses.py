@@ -43,8 +43,9 @@ def write(folder: Path, plant: Simulation, response: str, hold: str, offset: flo
     return folder / "dataset.toml"
 
 
-@pytest.mark.parametrize("hold", ["zero", pytest.param("linear", marks=pytest.mark.slow)])
-@pytest.mark.parametrize("response", ["velocity", pytest.param("acceleration", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("hold", ["zero", "linear"])
+@pytest.mark.parametrize("response", ["velocity", "acceleration"])
 def test_friction_is_found_by_any_response(tmp_path: Path, response: str, hold: str) -> None:
     manifest, model = write(tmp_path, device(FRICTION), response, hold), tmp_path / "model.toml"
     assert main(["identify", str(manifest), "--out", str(model), "--quiet", "--no-plot"]) == 0

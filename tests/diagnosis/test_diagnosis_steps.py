@@ -64,6 +64,7 @@ def test_a_coarse_step_is_a_cause_and_the_extended_model_rounds_by_it(tmp_path: 
     assert answer.withheld == ""
 
 
+@pytest.mark.slow
 def test_noise_behind_the_converter_does_not_hide_its_steps(tmp_path: Path) -> None:
     friction = {"id": "friction.coulomb", "parameters": {"level": {"value": 900.0, "unit": "mm/s^2"}}}
     answer = quantised(tmp_path, 20.0, 0.01, "", friction, behind=0.05)
@@ -92,6 +93,7 @@ def test_readings_without_steps_have_none(tmp_path: Path) -> None:
     assert not any(" step of " in one for one in answer.warnings)
 
 
+@pytest.mark.slow
 def test_a_step_stands_beside_another_cause(tmp_path: Path) -> None:
     friction = {"id": "friction.coulomb", "parameters": {"level": {"value": 900.0, "unit": "mm/s^2"}}}
     answer = quantised(tmp_path, 16.0, 0.0, "", friction)

@@ -231,6 +231,7 @@ def test_what_could_stand_in_for_one_that_found_its_way_is_tried_from_there() ->
     assert field[0].cost < found.cost
 
 
+@pytest.mark.slow
 def test_what_only_grows_with_time_is_looked_for_in_whole_records() -> None:
     """A room that warms by 2 % of the heat within a record, beside a heater that is far from the model's."""
     true = simulation(heater__tcr={"tcr": 0.012}, thermal__ambient_drift={"rate": 0.03})

@@ -234,7 +234,8 @@ def test_the_hysteretic_benchmark_is_named_from_its_linear_model_and_its_numbers
     assert values["bend"] / values["loop"] == pytest.approx(-1.1 / 0.8, rel=0.01)
 
 
-@pytest.mark.parametrize("cut", [0, pytest.param(340, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("cut", [0, 340])
 def test_what_a_film_remembers_of_a_history_that_is_not_known_is_no_gap(cut: int) -> None:
     """Cut from the middle of a record, it begins hot, on any branch; it forgets that with the next large swings."""
     whole = dataset(share=0.0)

@@ -33,6 +33,7 @@ def test_a_drive_that_is_not_the_one_of_the_motion_makes_no_model_adequate(tmp_p
     assert any("a model that follows nothing is not adequate" in one for one in warnings)
 
 
+@pytest.mark.slow
 def test_a_cause_that_leaves_nearly_all_of_the_motion_explains_nothing(tmp_path: Path) -> None:
     """A constant is taken away, and the motion that the drive in the file did not make is left."""
     records = [

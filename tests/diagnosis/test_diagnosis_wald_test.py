@@ -66,11 +66,13 @@ def test_one_value_that_is_off_is_named_and_mended(tmp_path: Path, name: str) ->
     assert "with one value mended" in page
 
 
+@pytest.mark.slow
 def test_values_that_are_all_off_are_a_start_and_no_claim(tmp_path: Path) -> None:
     found = answer(case(tmp_path, damping=1.1, stiffness=0.98, drive_gain=1.07))
     assert (found["verdict"], found["causes"]) == ("adequate", [])
 
 
+@pytest.mark.slow
 def test_a_value_within_the_interval_of_its_file_is_not_off(tmp_path: Path) -> None:
     manifest = case(tmp_path, drive_gain=1.05)
     path = tmp_path / "model.toml"

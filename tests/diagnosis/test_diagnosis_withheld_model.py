@@ -89,6 +89,7 @@ def test_a_model_that_helps_the_loop_alone_is_handed_out(
     assert (found.withheld == "") is handed_out
 
 
+@pytest.mark.slow
 def test_a_rehearsal_of_the_next_experiment_has_a_model_all_the_same(
     unexplained: rtctl.Diagnosis, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -101,6 +102,7 @@ def test_a_rehearsal_of_the_next_experiment_has_a_model_all_the_same(
     rehearse(tmp_path / "out", capsys)
 
 
+@pytest.mark.slow
 def test_a_rehearsal_leaves_out_what_no_device_can_have_and_says_so(
     unexplained: rtctl.Diagnosis, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -70,9 +70,10 @@ def functions(root: Path = ROOT) -> Iterator[Function]:
     """All functions and methods of the product, nested ones too."""
     for path in files(root):
         source = path.read_text(encoding="utf-8")
+        lines = tuple(source.splitlines())
         for name, node in named(ast.parse(source)):
             if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-                yield Function(f"{path.relative_to(root)}:{name}", node, tuple(source.splitlines()))
+                yield Function(f"{path.relative_to(root)}:{name}", node, lines)
 
 
 def named(tree: ast.AST, prefix: str = "") -> Iterator[tuple[str, ast.AST]]:

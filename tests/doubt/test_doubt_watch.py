@@ -71,6 +71,7 @@ def test_a_delay_is_noticed_within_seconds_and_named_by_command_and_reading_alon
     assert "actuation.delay" in [one.id for one in found[2].causes[:2]]
 
 
+@pytest.mark.slow
 def test_more_noise_is_no_change_of_the_device(tmp_path: Path, model_file: Path) -> None:
     run = played(tmp_path / "noise", model_file, "noise_growth = 8")
     found = doubt_run(run, use_reference=False).findings

@@ -17,6 +17,7 @@ from rtctl.cli import main
 FEW = "input.u.delay,output.y.offset,state.x1.limit,state.x2.friction,parameter.k3.drift"
 
 
+@pytest.mark.slow
 def test_an_effect_is_named_in_the_models_words_and_written_into_its_equations(tmp_path: Path) -> None:
     manifest = write_case(tmp_path / "data", "circuit", "input.source.dead_band", 3, samples=300)
     out, model = tmp_path / "out", SYSTEMS["circuit"].path

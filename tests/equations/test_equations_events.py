@@ -282,6 +282,7 @@ def test_events_without_end_are_named_with_their_time(tmp_path: Path) -> None:
         run(simulation, {"outdoor": np.full(50, 278.0)}, 120.0)
 
 
+@pytest.mark.slow
 def test_parameters_that_drift_change_events_too(tmp_path: Path) -> None:
     """In the terms of all mechanisms, which one kernel has, as written into the file."""
     text = BALL.replace('when = "height"', 'when = "height - plate"')

@@ -70,6 +70,7 @@ def estimated(path: Path, model: ControlledEquations) -> tuple[FloatArray, Float
     return np.array(place), np.array(told)
 
 
+@pytest.mark.slow
 def test_a_filter_with_events_follows_a_device_that_hits_its_stop(tmp_path: Path) -> None:
     path = written(tmp_path, STOP)
     model = ControlledEquations(path)

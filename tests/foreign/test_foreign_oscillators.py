@@ -340,6 +340,7 @@ def test_a_dataset_is_read_by_the_program_with_its_units_rows_and_roles(style: s
         assert (record.use == "test") == (made.use == "test")
 
 
+@pytest.mark.slow
 def test_the_users_rough_values_are_off_by_a_little_and_of_the_readings_unit() -> None:
     seen = set()
     for seed in range(12):
@@ -349,6 +350,7 @@ def test_the_users_rough_values_are_off_by_a_little_and_of_the_readings_unit() -
     assert seen == {"identify", "start", "sheet"}
 
 
+@pytest.mark.slow
 def test_the_share_of_an_offset_is_the_offset() -> None:
     bench = draw_bench("test_stand", 0)
     hidden, share = sized_effect(bench, 0, "sensor.offset", share=0.1)

@@ -40,7 +40,8 @@ def test_a_tone_from_rest_gives_the_resonators_damping(noise_db: float, claimed:
     assert abs(fit.values[0] - values["damping"]) < 4.0 * fit.standard_errors[0]
 
 
-@pytest.mark.parametrize("colour", [pytest.param(0.0, marks=pytest.mark.slow), 0.9])
+@pytest.mark.slow
+@pytest.mark.parametrize("colour", [0.0, 0.9])
 def test_ninety_five_percent_intervals_hold_the_truth_in_95_of_100_fits(colour: float) -> None:
     simulation = oscillator(DUFFING)
     truth = free_values(simulation)

@@ -44,6 +44,7 @@ def test_runs_of_the_beam_part_and_runs_in_one_well_do_not(chaos: list[FitRecord
     assert not measure_divergence(duffing, [record], free_values(duffing)).is_chaotic
 
 
+@pytest.mark.slow
 def test_shooting_finds_the_beams_parameters_within_its_stated_errors(shot: Fit) -> None:
     truth = free_values(oscillator(HM))
     assert (np.abs(shot.values - truth) < 4.0 * shot.standard_errors).all()

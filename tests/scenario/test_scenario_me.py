@@ -65,7 +65,9 @@ def test_the_backbone_is_harmonic_balance_of_the_plants_own_parameters(
 
 
 @pytest.mark.wire
-@pytest.mark.parametrize("wire", ["modbus-rtu", "modbus-tcp", "serial"])
+@pytest.mark.parametrize(
+    "wire", ["serial", *(pytest.param(one, marks=pytest.mark.slow) for one in ("modbus-rtu", "modbus-tcp"))]
+)
 def test_over_the_wire_and_in_process_agree_to_the_last_bit(wire: str, tmp_path: Path) -> None:
     run("me_backbone", tmp_path / "here", *SHORT, "driver.seed=7")
     with served_process("me_a", wire, tmp_path) as there:

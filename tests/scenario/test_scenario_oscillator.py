@@ -12,6 +12,7 @@ from rtctl.cli import main
 from rtctl.measured import read_dataset
 
 
+@pytest.mark.slow
 def test_the_bundled_acquisition_is_explained_by_the_devices_own_model(tmp_path: Path) -> None:
     assert main(["acquire", "acquire_oscillator", "--out", str(tmp_path / "data"), "--quiet"]) == 0
     dataset = read_dataset(tmp_path / "data" / "dataset.toml")

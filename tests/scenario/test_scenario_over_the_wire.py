@@ -21,10 +21,7 @@ SHORT = {
 
 
 WIRES = ("modbus-rtu", "modbus-tcp", "serial")
-QUICK = {("steps", wire) for wire in WIRES} | {
-    ("multisine_1_10hz", "serial"),
-    ("random_staircase", "modbus-rtu"),
-}
+QUICK = {("steps", "serial"), ("steps", "modbus-tcp"), ("random_staircase", "modbus-rtu")}
 
 
 @pytest.mark.parametrize(
