@@ -3,12 +3,14 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
+WEEKLY := $(VENV)/.installed-weekly
+INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile --constraint constraints.txt
 # Hundreds of processes import the same modules; without bytecode on disk each of them compiles all for four seconds.
 unexport PYTHONDONTWRITEBYTECODE
 # Workers with two threads each for a small matrix wait for each other ten times as long as they compute.
 unit slow coverage: export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: run test setup lint types contracts unit slow fuzz docs coverage minimal thresholds blind figures benchmarks clean
+.PHONY: run test setup weekly lint types contracts unit slow fuzz docs coverage minimal thresholds blind figures benchmarks clean
 
 run: $(STAMP)
 	$(BIN)/rtctl demo --out out/demo
@@ -20,10 +22,16 @@ test: $(STAMP)
 
 setup: $(STAMP)
 
+weekly: $(WEEKLY)
+
 $(STAMP): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "$(PYTHON) is older than 3.11; try: make PYTHON=python3.11"; exit 1; }
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile --constraint constraints.txt --editable '.[dev]'
+	$(INSTALL) --editable '.[dev]'
+	@touch $@
+
+$(WEEKLY): $(STAMP)
+	$(INSTALL) --editable '.[weekly]'
 	@touch $@
 
 lint: $(STAMP)
@@ -40,7 +48,7 @@ unit: $(STAMP)
 	$(BIN)/python -m pytest
 
 # Further cases of kinds that the suite has already: minutes of diagnoses, also of the Silverbox. Weekly in the workflow.
-slow: $(STAMP)
+slow: $(WEEKLY)
 	$(BIN)/python -m pytest -m slow
 
 # Random inputs for every reader, TOML file and codec, in processes with limits (about ten minutes).
@@ -73,7 +81,7 @@ minimal:
 OSCILLATORS ?= 4480-4679
 VO2         ?= 52290-52359
 AMBIGUOUS   ?= 91095-91154
-blind: $(STAMP)
+blind: $(WEEKLY)
 	$(BIN)/python tests/blind/campaign.py --oscillator $(OSCILLATORS) --vo2 $(VO2) --ambiguous $(AMBIGUOUS) --out out/blind
 
 # The tables and pictures of the documentation, made anew (about three minutes).

@@ -12,6 +12,8 @@ from rtctl.border.simulation import Stimulus
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
 
+pytestmark = pytest.mark.slow  # the cases are made by hand and weekly, and so is what makes them checked
+
 PERIOD_S = 0.02
 SAMPLES = 6000
 

@@ -19,7 +19,7 @@ NULLS = (
 )
 HIDDEN = (
     pytest.param(200_010, ("friction.coulomb",), marks=pytest.mark.slow),
-    (200_011, ("stiffness.cubic",)),
+    pytest.param(200_011, ("stiffness.cubic",), marks=pytest.mark.slow),
     pytest.param(200_012, ("drive.delay",), marks=pytest.mark.slow),
     pytest.param(200_013, ("drive.deadband",), marks=pytest.mark.slow),
     pytest.param(200_014, ("damping.quadratic",), marks=pytest.mark.slow),

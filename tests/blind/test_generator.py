@@ -25,6 +25,8 @@ from generator.stale_caches import drop_stale_caches
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+pytestmark = pytest.mark.slow  # the cases are made by hand and weekly, and so is what makes them checked
+
 FloatArray = NDArray[np.float64]
 SMALL = {"samples": 1200, "fit_records": 2, "test_records": 1, "samples_a_period": 20.0}
 SPP = 20.0

@@ -22,6 +22,8 @@ from generator.vo2.physics import FloatArray
 from generator.vo2.plant import Input, Output, Plant, simulate, twin
 from scipy.integrate import solve_ivp
 
+pytestmark = pytest.mark.slow  # the cases are made by hand and weekly, and so is what makes them checked
+
 SMALL = {
     "samples": 1500,
     "fit_records": 2,

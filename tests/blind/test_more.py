@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from generator import generate, more
 
+pytestmark = pytest.mark.slow  # the cases are made by hand and weekly, and so is what makes them checked
+
 SIZES: dict[str, dict[str, Any]] = {
     "oscillator": {
         "samples": 900, "fit_records": 1, "test_records": 1, "samples_a_period": 20.0, "hold": "zero", "noise": "white",
@@ -68,7 +70,6 @@ def test_a_record_that_is_repeated_has_noise_of_its_own(tmp_path: Path) -> None:
     assert np.std(one - other) == pytest.approx(np.sqrt(2.0) * truth.noise.rms, rel=0.15)
 
 
-@pytest.mark.slow
 def test_noise_of_a_record_at_twice_the_period_is_as_fast_in_time(tmp_path: Path) -> None:
     """Of neighbours two periods of the case apart an autoregression of first order has the square of its pole."""
     sizes = SIZES["oscillator"] | {"noise": "ar1", "samples": 9000}

@@ -9,6 +9,8 @@ import pytest
 from calibration import nominal_of
 from generator import generate
 
+pytestmark = pytest.mark.slow  # the cases are made by hand and weekly, and so is what makes them checked
+
 
 @pytest.mark.parametrize(
     "seed",

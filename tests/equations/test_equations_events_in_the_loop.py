@@ -85,6 +85,7 @@ def test_a_filter_with_events_follows_a_device_that_hits_its_stop(tmp_path: Path
     assert place[60:100].max() > 1.19
 
 
+@pytest.mark.slow
 def test_a_filter_follows_bounces_through_readings_that_are_beyond_the_plate(tmp_path: Path) -> None:
     text = (MODELS / "bouncing_ball.toml").read_text().replace("value = 0.8,", "value = 0.95,")
     text += "[device.inputs.acceleration]\nlow = -5\nhigh = 5\n[device.outputs.gap]\nnoise = 5.0\n"

@@ -35,6 +35,8 @@ from test_foreign_oscillators import COEFFICIENT, VALUES
 
 from rtctl.measured import read_dataset
 
+pytestmark = pytest.mark.slow  # the cases are made by hand and weekly, and so is what makes them checked
+
 BESIDE = {"actuation.deadband": {"form": "zero"}}
 NATURAL = 2.0 * np.pi * 5.0  # rad/s
 DEVICE = Device(

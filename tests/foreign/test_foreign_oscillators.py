@@ -33,6 +33,8 @@ from scipy.signal import cont2discrete, dlsim
 
 from rtctl.measured import read_dataset
 
+pytestmark = pytest.mark.slow  # the cases are made by hand and weekly, and so is what makes them checked
+
 NATURAL = 2.0 * np.pi * 5.0  # rad/s
 PERIOD_S = 0.01
 LINEAR = Law(damping=NATURAL / 20.0, stiffness=NATURAL**2, cubic=0.0, gain=300.0)
@@ -340,7 +342,6 @@ def test_a_dataset_is_read_by_the_program_with_its_units_rows_and_roles(style: s
         assert (record.use == "test") == (made.use == "test")
 
 
-@pytest.mark.slow
 def test_the_users_rough_values_are_off_by_a_little_and_of_the_readings_unit() -> None:
     seen = set()
     for seed in range(12):
@@ -350,7 +351,6 @@ def test_the_users_rough_values_are_off_by_a_little_and_of_the_readings_unit() -
     assert seen == {"identify", "start", "sheet"}
 
 
-@pytest.mark.slow
 def test_the_share_of_an_offset_is_the_offset() -> None:
     bench = draw_bench("test_stand", 0)
     hidden, share = sized_effect(bench, 0, "sensor.offset", share=0.1)
