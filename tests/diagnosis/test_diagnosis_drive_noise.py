@@ -25,6 +25,7 @@ def answer(folder: Path, *hidden: dict[str, object]) -> dict[str, Any]:
     return answer_to(folder, records, IDS)
 
 
+@pytest.mark.slow
 def test_of_a_right_model_nothing_is_wrong(tmp_path: Path) -> None:
     found = answer(tmp_path)
     assert found["verdict"] == "adequate"

@@ -46,7 +46,7 @@ def case(folder: Path, mechanism: dict[str, object]) -> Path:
 @pytest.mark.parametrize(
     ("hidden", "other", "words"),
     [
-        (CARRIED, "gain", "A mass on the device, 0.0"),
+        pytest.param(CARRIED, "gain", "A mass on the device, 0.0", marks=pytest.mark.slow),
         pytest.param(BESIDE, "mass_ratio", "A second mode at 41 Hz is driven too", marks=pytest.mark.slow),
     ],
     ids=["carried", "beside"],

@@ -90,6 +90,7 @@ def test_where_it_hops_the_beginnings_show_what_is_missing() -> None:
     assert examined.directions[int(np.argmax(removed))].mechanism == "drive.delay"
 
 
+@pytest.mark.slow
 def test_what_is_followed_to_its_end_and_what_is_never_followed_is_left_alone() -> None:
     problem, nominal = hopping()
     noise = np.random.default_rng(0).standard_normal(SAMPLES)

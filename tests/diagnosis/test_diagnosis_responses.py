@@ -62,6 +62,7 @@ def test_friction_is_found_by_any_response(tmp_path: Path, response: str, hold: 
         )
 
 
+@pytest.mark.slow
 def test_a_stop_is_found_where_the_motion_passes_also_by_its_velocity(tmp_path: Path) -> None:
     """Places are tried by the displacement, of which a velocity tells the size alone."""
     parameters = {"above": {"value": 3e4, "unit": "1/s^2"}, "place": {"value": 0.5, "unit": "mm"}}

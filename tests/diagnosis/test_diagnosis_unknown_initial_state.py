@@ -126,6 +126,7 @@ def in_a_steady_state(seed: int, level: float) -> tuple[FloatArray, FloatArray]:
     return drive[3000:], measured(device(LAG), drive, hold="zero")[3000:]
 
 
+@pytest.mark.slow
 def test_of_a_linear_device_in_a_steady_state_a_lag_of_the_sensor_is_not_told_from_one_of_the_drive(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -111,6 +111,7 @@ def scenario(model: Path) -> dict[str, Any]:
     }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_loop_holds_a_device_with_events(tmp_path: Path) -> None:
     run = rtctl.run(scenario(written(tmp_path, STOP)))
     assert run.fault is None

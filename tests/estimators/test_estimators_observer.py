@@ -18,7 +18,9 @@ from rtctl.interfaces import EstimateStatus
 claim = settings(deadline=None, max_examples=60, derandomize=True)
 
 
-@pytest.mark.parametrize("name", RANGE_MA)
+@pytest.mark.parametrize(
+    "name", [pytest.param(one, marks=[] if one == "vo2_a" else [pytest.mark.slow]) for one in RANGE_MA]
+)
 def test_deaf_to_the_resistance_it_is_the_heating_and_the_preisach_model(identified, name):
     device = identified(name)
     model, observer = device.model, ESTIMATORS["observer"](device.model)

@@ -61,6 +61,7 @@ def test_domains_that_switch_as_one_show_in_the_staircases(found):
     assert 0.0 < low < misfit < high
 
 
+@pytest.mark.slow
 def test_a_smooth_film_has_no_coarse_loops():
     data = dataset(share=0.0)
     model = identified(data)

@@ -52,6 +52,7 @@ def test_shooting_finds_the_beams_parameters_within_its_stated_errors(shot: Fit)
     assert shot.rms["displacement"] == pytest.approx(0.1, rel=0.05)
 
 
+@pytest.mark.slow
 def test_output_error_from_the_same_start_fails(chaos: list[FitRecord], shot: Fit) -> None:
     simulation = oscillator(HM)
     starts = generate_starts(simulation, chaos, 1, seed=0, trust_own=False)

@@ -91,6 +91,7 @@ def statistics_of_a_constant(*, slow: bool) -> float:
     return float(np.mean(found))
 
 
+@pytest.mark.slow
 def test_an_offset_in_slow_noise_is_as_uncertain_as_that_makes_it() -> None:
     assert statistics_of_a_constant(slow=False) > 3.0
     assert statistics_of_a_constant(slow=True) < 2.0

@@ -30,6 +30,7 @@ def test_the_steady_state_is_ambient_plus_gain_times_current_squared(make_device
     current=CURRENT,
     parts=st.lists(st.floats(0.0, 4e-3), min_size=1, max_size=8),
 )
+@pytest.mark.slow
 def test_a_hold_divided_is_the_same_hold(make_device, before, current, parts):
     whole, divided = make_device(), make_device()
     for device in (whole, divided):

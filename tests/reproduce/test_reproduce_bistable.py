@@ -123,6 +123,7 @@ def test_a_record_is_a_function_of_its_number() -> None:
     assert np.array_equal(first.frame_velocity, again.frame_velocity)
 
 
+@pytest.mark.slow
 def test_without_noise_the_weak_form_finds_the_truth_and_the_wells_constrain_a_model() -> None:
     one = one_record()
     frame = one.frame_velocity

@@ -49,6 +49,7 @@ def test_what_does_not_fit_is_told(
     assert [word for word in words if word not in message] == []
 
 
+@pytest.mark.slow
 def test_a_record_may_be_sampled_at_a_period_of_its_own(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -140,6 +140,7 @@ def test_where_a_drift_leaves_the_loops_only_pure_phases_follow(rate, held):
     )
 
 
+@pytest.mark.slow
 def test_the_order_in_which_a_file_has_two_mechanisms_says_nothing():
     along, sizes = stimulus(CURRENT), {}
     for names in permutations([name for name, one in MECHANISMS.items() if not one.by_levels], 2):
