@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import io
 import subprocess
 import sys
 from pathlib import Path
 
 import matplotlib as mpl
+import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
-from rtctl.plots.elements.style import headline, house_style, new_figure
+from rtctl.plots.elements.style import HouseFigure, headline, house_style, new_figure
 from rtctl.plots.scenarios import plot_scenarios
 
 
@@ -36,3 +39,18 @@ def test_the_users_matplotlib_settings_neither_change_nor_matter(tmp_path: Path)
 def test_figures_are_drawn_without_pyplot() -> None:
     question = "import sys, rtctl.plots; sys.exit('matplotlib.pyplot' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", question], check=False).returncode == 0
+
+
+def test_drawing_once_gives_the_same_bytes_as_matplotlib() -> None:
+    drawn = []
+    for save in (Figure.savefig, HouseFigure.savefig):
+        with house_style():
+            figure = new_figure(6.0, 4.0)
+            for axes, top in zip(figure.subplots(2, 2).flat, (1.0, 10.0, 1e3, 1e-6), strict=True):
+                axes.plot(np.linspace(0.0, 1.0, 50), np.linspace(0.0, top, 50))
+                axes.set_ylabel("deflection [um]")
+            headline(figure, "four panels whose labels differ in width", "and a second line")
+            buffer = io.BytesIO()
+            save(figure, buffer, format="png", dpi=70)
+        drawn.append(buffer.getvalue())
+    assert drawn[0] == drawn[1]

@@ -64,7 +64,20 @@ class HouseFigure(Figure):
     def savefig(self, fname: Any, **options: Any) -> None:
         """Draw into a file or a buffer, as matplotlib's own method does."""
         with house_style():
-            super().savefig(fname, **options)
+            if set(options) == {"format", "dpi"} and options["format"] == "png":
+                self._save_png(fname, options["dpi"])
+            else:
+                super().savefig(fname, **options)
+
+    def _save_png(self, fname: Any, dpi: float) -> None:
+        """Write the same bytes as matplotlib, which draws twice where there is a layout: once to lay out."""
+        canvas: Any = FigureCanvasAgg(self)
+        before = self.dpi
+        self.dpi = dpi
+        try:
+            canvas.print_png(fname)
+        finally:
+            self.dpi = before
 
     def _repr_png_(self) -> bytes:
         buffer = io.BytesIO()
