@@ -10,14 +10,14 @@ unexport PYTHONDONTWRITEBYTECODE
 # Workers with two threads each for a small matrix wait for each other ten times as long as they compute.
 unit slow coverage: export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: run test setup weekly lint types contracts unit slow fuzz docs coverage minimal thresholds blind figures benchmarks clean
+.PHONY: run test setup weekly lint types contracts collect unit slow fuzz docs coverage minimal thresholds blind figures benchmarks clean
 
 run: $(STAMP)
 	$(BIN)/rtctl demo --out out/demo
 
 # Checks that need one core go two at a time; the tests have both cores to themselves.
 test: $(STAMP)
-	DOCS_WHOLE=false $(MAKE) --jobs=2 --output-sync=target lint types contracts docs
+	DOCS_WHOLE=false $(MAKE) --jobs=2 --output-sync=target types lint contracts docs collect
 	$(MAKE) unit
 
 setup: $(STAMP)
@@ -43,6 +43,10 @@ types: $(STAMP)
 
 contracts: $(STAMP)
 	$(BIN)/lint-imports
+
+# Every test file is compiled once, while the types are checked on the other core, and not in each worker.
+collect: $(STAMP)
+	$(BIN)/python -m pytest --collect-only -qqq -n 0
 
 unit: $(STAMP)
 	$(BIN)/python -m pytest

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from rtctl.identification.vo2.identify import Vo2FitOptions, identify_vo2
@@ -27,6 +28,8 @@ FloatArray = NDArray[np.float64]
 SCENARIOS = Path(__file__).resolve().parent.parent / "scenarios"
 RANGE_MA = {"vo2_a": (3.68, 8.49), "vo2_b": (4.0, 9.2), "vo2_l2p": (3.68, 8.49)}
 """Currents in which each bundled device is meant to be used."""
+DEVICES = ["vo2_a", *(pytest.param(name, marks=pytest.mark.slow) for name in RANGE_MA if name != "vo2_a")]
+"""The bundled devices; to identify the second and the third one takes a quarter of a minute, weekly."""
 UNSEEN_NOISE = 20260101  # seed of the validation records; the identification data have the device's own
 
 

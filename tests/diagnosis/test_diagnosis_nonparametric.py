@@ -135,6 +135,7 @@ def test_nor_is_a_damping_of_another_power_called_dry_friction(hidden: str, said
     assert found.startswith(said) if said else not found
 
 
+@pytest.mark.slow
 def test_nor_is_a_stop_called_a_spring_that_hardens_and_the_law_that_leaves_least_is_told() -> None:
     place = 1.2 * float(np.std(of(device()).records[0].measured["displacement"]))
     problem, nominal, named = named_by(

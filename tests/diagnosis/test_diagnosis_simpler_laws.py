@@ -50,6 +50,7 @@ def answer(folder: Path, identity: str, **values: tuple[float, str]) -> dict[str
     ],
     ids=["ideal", "smooth", "stribeck", "dahl", "square", "cube"],
 )  # fmt: skip
+@pytest.mark.slow
 def test_each_law_is_told_by_its_own_name_and_no_more_of_it_than_acts(
     identity: str, values: dict[str, tuple[float, str]], fitted: set[str], tmp_path: Path
 ) -> None:

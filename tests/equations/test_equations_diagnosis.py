@@ -36,6 +36,7 @@ def test_an_effect_is_named_in_the_models_words_and_written_into_its_equations(t
     assert scores[-1].rms_error < 0.3 * before[-1].rms_error
 
 
+@pytest.mark.slow
 def test_nothing_hidden_is_adequate_and_a_parameter_that_no_data_tell_is_held(tmp_path: Path) -> None:
     manifest = write_case(tmp_path / "data", "tanks", "", 5, samples=250)
     answer = rtctl.diagnose(manifest, SYSTEMS["tanks"].path, mechanisms=FEW)

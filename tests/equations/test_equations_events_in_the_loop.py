@@ -18,6 +18,8 @@ from rtctl.border.arrays import FloatArray
 from rtctl.estimators.cubature import CubatureFilter
 from rtctl.plants.equations.belief import filter_settings
 
+pytestmark = pytest.mark.slow  # kernels that no other test needs
+
 MODELS = Path(__file__).resolve().parents[2] / "scenarios" / "models" / "equations"
 STOP = """
 [model]
@@ -70,7 +72,6 @@ def estimated(path: Path, model: ControlledEquations) -> tuple[FloatArray, Float
     return np.array(place), np.array(told)
 
 
-@pytest.mark.slow
 def test_a_filter_with_events_follows_a_device_that_hits_its_stop(tmp_path: Path) -> None:
     path = written(tmp_path, STOP)
     model = ControlledEquations(path)
@@ -85,7 +86,6 @@ def test_a_filter_with_events_follows_a_device_that_hits_its_stop(tmp_path: Path
     assert place[60:100].max() > 1.19
 
 
-@pytest.mark.slow
 def test_a_filter_follows_bounces_through_readings_that_are_beyond_the_plate(tmp_path: Path) -> None:
     text = (MODELS / "bouncing_ball.toml").read_text().replace("value = 0.8,", "value = 0.95,")
     text += "[device.inputs.acceleration]\nlow = -5\nhigh = 5\n[device.outputs.gap]\nnoise = 5.0\n"
@@ -111,7 +111,6 @@ def scenario(model: Path) -> dict[str, Any]:
     }  # fmt: skip
 
 
-@pytest.mark.slow
 def test_a_loop_holds_a_device_with_events(tmp_path: Path) -> None:
     run = rtctl.run(scenario(written(tmp_path, STOP)))
     assert run.fault is None
@@ -182,7 +181,6 @@ def test_a_restitution_is_identified_from_bounces(tmp_path: Path) -> None:
     assert again.content.model.events == rtctl.read_model(start).content.model.events
 
 
-@pytest.mark.slow
 def test_what_a_thermostat_lacks_is_named(tmp_path: Path) -> None:
     text = (MODELS / "thermostat.toml").read_text()
     for name in ("power   ", "loss    ", "capacity", "low     ", "high    "):

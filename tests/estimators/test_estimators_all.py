@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from vo2_cases import RANGE_MA, percent_of_range, run_over, staircase_on
+from vo2_cases import DEVICES, percent_of_range, run_over, staircase_on
 
 from plant_sim.catalogue import bundled_plant
 from rtctl.estimators import ESTIMATORS
@@ -22,7 +22,6 @@ REACHED = {
     "preisach": (1.8, math.inf),
     "egpi": (1.9, math.inf),
 }
-DEVICES = ["vo2_a", *(pytest.param(one, marks=pytest.mark.slow) for one in RANGE_MA if one != "vo2_a")]
 BAD_READINGS = [math.nan, math.inf, -math.inf, -1e4, 0.0]
 
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from vo2_cases import RANGE_MA, run_over
+from vo2_cases import DEVICES, run_over
 
 from rtctl.estimators import ESTIMATORS
 from rtctl.interfaces import EstimateStatus
@@ -50,9 +50,7 @@ def transcribed(model, resistance_ohm, v0):
     return np.array(answers)
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(one, marks=[] if one == "vo2_a" else [pytest.mark.slow]) for one in RANGE_MA]
-)
+@pytest.mark.parametrize("name", DEVICES)
 def test_the_composite_is_the_papers_equations(identified, name):
     device = identified(name)
     run = run_over(ESTIMATORS["composite"](device.model), device.unseen, device.rest_mA)

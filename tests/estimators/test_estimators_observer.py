@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from vo2_cases import RANGE_MA, run_over
+from vo2_cases import DEVICES, run_over
 
 from rtctl.estimators import ESTIMATORS
 from rtctl.estimators.observer import HEAT_START_MA2, ObserverParams, believed, condition_on, predict
@@ -18,9 +18,7 @@ from rtctl.interfaces import EstimateStatus
 claim = settings(deadline=None, max_examples=60, derandomize=True)
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(one, marks=[] if one == "vo2_a" else [pytest.mark.slow]) for one in RANGE_MA]
-)
+@pytest.mark.parametrize("name", DEVICES)
 def test_deaf_to_the_resistance_it_is_the_heating_and_the_preisach_model(identified, name):
     device = identified(name)
     model, observer = device.model, ESTIMATORS["observer"](device.model)

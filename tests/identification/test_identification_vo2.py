@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from vo2_cases import RANGE_MA, measure
+from vo2_cases import DEVICES, measure
 
 from rtctl.api.identifying.fit_vo2 import READS_AFTER, check_vo2
 from rtctl.border.errors import InputError
@@ -51,14 +51,14 @@ def with_signals(record, **signals):
     return dataclasses.replace(record, signals=kept)
 
 
-@pytest.mark.parametrize("name", RANGE_MA)
+@pytest.mark.parametrize("name", DEVICES)
 def test_the_time_constant_of_a_simulated_device_is_within_three_standard_errors(identified, name):
     model = identified(name).model
     assert abs(model.time_constant_s - TRUE_TIME_CONSTANT_S[name]) < 3.0 * model.time_constant_error_s
     assert model.time_constant_error_s < 0.01 * model.time_constant_s
 
 
-@pytest.mark.parametrize("name", RANGE_MA)
+@pytest.mark.parametrize("name", DEVICES)
 def test_ranges_identity_and_fit_errors_are_those_of_the_data(identified, name):
     device = identified(name)
     model, ends = device.model, extract_steady_states(device.dataset)

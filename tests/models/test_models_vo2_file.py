@@ -9,6 +9,7 @@ import math
 import numpy as np
 import pytest
 import tomli_w
+from vo2_cases import DEVICES
 
 from rtctl.border.errors import InputError
 from rtctl.hysteresis.egpi import EgpiModel
@@ -93,7 +94,7 @@ def test_a_file_written_again_is_the_same_file(model, tmp_path):
     assert (tmp_path / "one.toml").read_bytes() == (tmp_path / "two.toml").read_bytes()
 
 
-@pytest.mark.parametrize("name", ["vo2_a", "vo2_b", "vo2_l2p"])
+@pytest.mark.parametrize("name", DEVICES)
 def test_an_identified_model_is_read_back_exact_to_the_bit(identified, name, tmp_path):
     model = identified(name).model
     write_model(model, tmp_path / "model.toml")

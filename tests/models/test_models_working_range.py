@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from vo2_cases import DEVICES
 
 from rtctl.hysteresis.preisach.everett import cell_index
 from rtctl.hysteresis.preisach.model import PreisachModel
@@ -61,7 +62,7 @@ def test_a_model_that_only_falls_is_refused():
         working_range(one_cell(mass=0.0), CURRENT)
 
 
-@pytest.mark.parametrize("name", ["vo2_a", "vo2_b", "vo2_l2p"])
+@pytest.mark.parametrize("name", DEVICES)
 def test_an_identified_device_keeps_most_of_its_deflection(identified, name):
     model = identified(name).model
     found = working_range(model.deflection_preisach, model.current)

@@ -146,6 +146,7 @@ def test_without_noise_the_weak_form_finds_the_truth_and_the_wells_constrain_a_m
 
 
 @pytest.mark.parametrize("each", [True, False])
+@pytest.mark.slow
 def test_the_streaming_filter_is_the_papers_regression(each: bool) -> None:
     one = one_record()
     h = 1.0 / RATE_HZ
