@@ -46,7 +46,8 @@ contracts: $(STAMP)
 
 # Every test file is compiled once, while the types are checked on the other core, and not in each worker.
 collect: $(STAMP)
-	$(BIN)/python -m pytest --collect-only -qqq -n 0
+	@mkdir -p out
+	$(BIN)/python -m pytest --collect-only -qqq -n 0 > out/collected.txt || { cat out/collected.txt; exit 1; }
 
 unit: $(STAMP)
 	$(BIN)/python -m pytest
