@@ -55,12 +55,26 @@ def _compiled(function: Callable[P, T], *, nogil: bool = False) -> Callable[P, T
 def compiled_with(function: Callable[P, T], **options: Any) -> Callable[P, T]:
     """Compile `function` at its first call with options of `numba.njit`; its cache depends on all that it contains."""
     compiled = kernel_cache.jit(function, **options)
+    _take_any_number(compiled)
     # numba has no public way to say "this cache also depends on"; a test holds that this one works.
     own = kernel_cache.stamp_of(compiled)
     if own is not None:
         kernel_cache.stamp(compiled, "|".join([own, *sorted({_file_stamp(__name__), *_parts(function)})]))
     result: Callable[P, T] = compiled
     return result
+
+
+def _take_any_number(compiled: Any) -> None:
+    """Compile a kernel once for all numbers; numba compiles it for each number that stands in a caller's source."""
+    if not hasattr(compiled, "get_call_template"):  # NUMBA_DISABLE_JIT=1
+        return
+    of_numba: Any = numba
+    ask, unliteral = compiled.get_call_template, of_numba.types.unliteral
+
+    def ask_for_types(arguments: Any, keywords: Any) -> Any:
+        return ask(tuple(map(unliteral, arguments)), {key: unliteral(one) for key, one in keywords.items()})
+
+    compiled.get_call_template = ask_for_types
 
 
 def _pointer(typing_context: Any, address: Any) -> Any:

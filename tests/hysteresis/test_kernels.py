@@ -154,3 +154,19 @@ def test_uncompiled_it_is_the_array_itself():
         [sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=True
     )
     assert done.stdout == "True\n"
+
+
+@kernel
+def _times(x: float, k: int) -> float:
+    return x * k
+
+
+@kernel
+def _five_times(x: float) -> float:
+    return _times(x, 2) + _times(x, 3)
+
+
+def test_a_kernel_is_compiled_once_for_all_numbers_that_stand_in_its_callers() -> None:
+    assert _five_times(1.5) == 7.5
+    compiled: Any = _times
+    assert len(compiled.signatures) == 1

@@ -78,7 +78,9 @@ def largest_multiplier(m: Any) -> Any:
                 product[i, c] = 0.0
                 for k in range(n):
                     product[i, c] += (m[i, k] / norm) * (m[k, c] / norm)
-        m[:, :] = product
+        for i in range(n):
+            for c in range(n):
+                m[i, c] = product[i, c]
         power *= 2.0
     return math.exp(total)
 
@@ -204,15 +206,18 @@ def shoot(  # noqa: PLR0913
     q, q1, state = np.empty((p.shape[0], n + 1)), np.empty((p.shape[0], 1)), np.empty(n)
     apart = Lanes(q, z, v, own, all_z, all_v)
     for lane in range(lanes):
-        for j in range(n + 1):
-            q[:, j] = p[:, lane]
-        q1[:, 0] = p[:, lane]
+        for k in range(p.shape[0]):
+            q1[k, 0] = p[k, lane]
+            for j in range(n + 1):
+                q[k, j] = p[k, lane]
         for _ in range(attempts):
             if not math.isfinite(states[lane, 0]):
                 break
-            state[:] = states[lane]
+            for s in range(n):
+                state[s] = states[lane, s]
             if newton(march, state, nodes, h, apart):
-                states[lane] = state
+                for s in range(n):
+                    states[lane, s] = state[s]
                 break
             fill(states[lane], z1, v1, own1)
             for _ in range(settling):

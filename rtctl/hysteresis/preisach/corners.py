@@ -98,9 +98,11 @@ def _filled(
             elif m > 0:
                 _corners(stack[m], stack[1 + m], -1.0, grid, level_nodes[m], level_weights[m])
         known = top
-        begin, end = begins[row], begins[row + 1]
-        nodes[begin:end] = level_nodes[1 : top + 1].reshape(-1)
-        weights[begin:end] = level_weights[1 : top + 1].reshape(-1)
+        at = begins[row]
+        for m in range(1, top + 1):
+            for c in range(CORNERS):
+                nodes[at], weights[at] = level_nodes[m, c], level_weights[m, c]
+                at += 1
         row += 1
     return nodes, weights
 
@@ -179,8 +181,16 @@ def _sum_to_cells(table: FloatArray, n: int) -> None:
     for i in range(n - 2, -1, -1):
         begin, after = i * (i + 1) // 2, (i + 1) * (i + 2) // 2
         for j in range(i + 1):
-            table[begin + j] += table[after + j]
+            _add_row(table, begin + j, after + j)
     for i in range(n):
         begin = i * (i + 1) // 2
         for j in range(1, i + 1):
-            table[begin + j] += table[begin + j - 1]
+            _add_row(table, begin + j, begin + j - 1)
+
+
+@kernel
+def _add_row(table: FloatArray, to: int, other: int) -> None:
+    for m in range(
+        table.shape[1]
+    ):  # numba needs four seconds to compile what a slice would say of wrong shapes
+        table[to, m] += table[other, m]

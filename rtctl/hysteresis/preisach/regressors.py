@@ -50,7 +50,8 @@ def _regressors(stack: FloatArray, v: FloatArray, grid: FloatArray, wanted: NDAr
         for m in range(filled, top + 1):
             _fill_level(levels, m, stack, grid)
         filled = top + 1
-        rows[row] = levels[top]
+        for cell in range(cells):
+            rows[row, cell] = levels[top, cell]
         row += 1
     return rows
 
