@@ -107,10 +107,16 @@ SUMMARY = {
 
 def test_fields_and_the_stop_button_reach_the_run_also_on_a_tablet(tmp_path: Path, browser: Any) -> None:
     changes = ParameterChannel()
-    changes.parameters = lambda: {"controller.kp": 0.02, "controller.ki": 8.0}
+    changes.parameters = lambda: {"controller.kp": 0.0040861, "controller.ki": 8.0}
     with listening(tmp_path, changes), served(tmp_path, control=True) as server:
         loop = RecordedLoop(tmp_path, "clock.mode=live")
         loop.append(300)
+        browser.set_window_size(1280, 1000)
+        browser.get(server.address)
+        wait_for(lambda: browser.find_elements("id", "field-setpoint"), "the fields")
+        gain = browser.find_element("id", "field-controller.kp")
+        assert gain.get_attribute("value") == "0.0040861"
+        assert int(gain.get_property("scrollWidth")) <= int(gain.get_property("clientWidth")), "it is cut off"
         browser.set_window_size(768, 1024)
         browser.get(server.address)
         field = wait_for(lambda: browser.find_elements("id", "field-setpoint"), "the fields")[0]
