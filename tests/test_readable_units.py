@@ -47,6 +47,7 @@ def test_units_that_take_no_prefix_stay_and_the_others_fit_their_size(
         ("um", "µm"), ("kohm", "kΩ"), ("ln ohm", "ln Ω"), ("mm/(s^2*V)", "mm/(s²·V)"), ("1/(mm^2*s^2)", "1/(mm²·s²)"),
         ("cm^0.5/s", "cm⁰·⁵/s"), ("deg", "°"), ("dimensionless", "dimensionless"), ("uV", "µV"), ("um/s^2", "µm/s²"),
         ("uC", "µC"), ("1/us", "1/µs"), ("union", "union"),
+        ("1/degC", "1/°C"), ("degree", "degree"),
     ],
 )  # fmt: skip
 def test_units_are_printed_with_their_signs(unit: str, printed: str) -> None:

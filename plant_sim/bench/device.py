@@ -56,7 +56,7 @@ class BenchDevice(SimulatedDevice):
             *((one.name, one.unit) for one in profile.commands),
             *self.inspection.truths,
             *((one.name, one.unit) for one in (*profile.sensed, profile.reference)),
-            ("line_faults", ""),
+            ("line_faults", "count"),
             ("device_status", ""),
         ]
         self._now_us = self._seen_us = 0

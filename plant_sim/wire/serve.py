@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import errno
 import gc
 import signal
 from collections.abc import AsyncIterator, Callable
@@ -97,6 +98,13 @@ def serve_bench(bench: Bench, wires: Wires, journal: Path | None = None) -> None
             bench.device.write_journal(journal)
 
 
+def _why(error: OSError) -> str:
+    """Return in words why an address cannot be had."""
+    if error.errno == errno.EADDRINUSE:
+        return "the port is taken by another program; choose another one, or 0 for a free one"
+    return error.strerror or str(error)
+
+
 @asynccontextmanager
 async def served(device: SimulatedDevice, wires: Wires, bench: Bench | None = None) -> AsyncIterator[str]:
     """Serve while the block runs; yield what is served where, for the `ready` line. Raises InputError."""
@@ -127,7 +135,7 @@ async def served(device: SimulatedDevice, wires: Wires, bench: Bench | None = No
             try:
                 port = await stack.enter_async_context(server(host, port))
             except OSError as error:
-                raise InputError(f"{address}: cannot serve there: {error.strerror or error}") from None
+                raise InputError(f"{address}: cannot serve there: {_why(error)}") from None
             return f"{f'[{host}]' if ':' in host else host}:{port}"
 
         async def instrument_at(where: str, instrument: Answering, line: FaultyWire | None) -> str:

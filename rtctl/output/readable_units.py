@@ -74,10 +74,10 @@ def readable(value: float, unit: str, digits: int = 4) -> str:
 
 
 def printed_unit(unit: str) -> str:
-    """Return a unit as it is printed in pictures and pages: `mm/(s^2*V)` as `mm/(s²·V)`, um as µm, ohm as Ω."""
+    """Return a unit as it is printed in pictures and pages: `mm/(s^2*V)` as `mm/(s²·V)`, um as µm, degC as °C."""
     text = re.sub(rf"\bu(?=({'|'.join(_SYMBOLS)}|g|K|rad)\b)", "µ", unit)
     text = re.sub(r"\b([pnmkMG]?|µ)ohm\b", r"\1Ω", text)
-    text = re.sub(r"\bdeg\b", "°", text)
+    text = re.sub(r"\bdeg(?=\b|[CF]\b)", "°", text)
     power = re.compile(r"(?:\^|\*\*)(?:\((-?[\d.]+)\)|(-?[\d.]+))")
     text = power.sub(lambda one: (one[1] or one[2]).translate(_POWERS), text)
     return text.replace("*", "·")

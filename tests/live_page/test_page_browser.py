@@ -80,11 +80,23 @@ def test_each_row_arrives_once_over_a_killed_server_and_is_drawn(
     assert found["sum"] == 4500 * 4501 / 2
     assert found["connections"] == 2
     titles = [one.text for one in browser.find_elements("css selector", "#charts h2")]
+    browser.set_script_timeout(10.0)
+    axes = [browser.execute_async_script(ALONG_AXIS, list(ticks)) for ticks in TICKS]
+    assert axes == [
+        ["7.01755", "7.0176", "7.01765"],
+        ["1234.25", "1234.5"],
+        ["0", "0.5", "1"],
+        ["1e-4", "2e-4"],
+    ]
     assert titles[:4] == ["Deflection [µm]", "Error [µm]", "Command [mA]", "Reading [Ω]"]
     severe = [line for line in browser.get_log("browser") if line["level"] == "SEVERE"]
     assert [line["message"] for line in severe if "ERR_" not in line["message"]] == []
 
 
+ALONG_AXIS = (
+    "import(`${location.href}js/colours.js`).then((found) => arguments[1](found.alongAxis(arguments[0])))"
+)
+TICKS = ((7.01755, 7.0176, 7.01765), (1234.25, 1234.5), (0.0, 0.5, 1.0), (1e-4, 2e-4))
 SHOWN = "return window.rtctl.page.view.data()?.range.map((one) => Math.round(1e4 * one) / 1e4)"
 ERRORS = {"mean_abs_um": 0.25, "max_abs_um": 0.5}
 SUMMARY = {
@@ -95,10 +107,16 @@ SUMMARY = {
 
 def test_fields_and_the_stop_button_reach_the_run_also_on_a_tablet(tmp_path: Path, browser: Any) -> None:
     changes = ParameterChannel()
-    changes.parameters = lambda: {"controller.kp": 0.02, "controller.ki": 8.0}
+    changes.parameters = lambda: {"controller.kp": 0.0040861, "controller.ki": 8.0}
     with listening(tmp_path, changes), served(tmp_path, control=True) as server:
         loop = RecordedLoop(tmp_path, "clock.mode=live")
         loop.append(300)
+        browser.set_window_size(1280, 1000)
+        browser.get(server.address)
+        wait_for(lambda: browser.find_elements("id", "field-setpoint"), "the fields")
+        gain = browser.find_element("id", "field-controller.kp")
+        assert gain.get_attribute("value") == "0.0040861"
+        assert int(gain.get_property("scrollWidth")) <= int(gain.get_property("clientWidth")), "it is cut off"
         browser.set_window_size(768, 1024)
         browser.get(server.address)
         field = wait_for(lambda: browser.find_elements("id", "field-setpoint"), "the fields")[0]

@@ -56,7 +56,7 @@ def test_a_folder_without_a_run_is_said_to_have_none_yet(tmp_path: Path) -> None
             "neither the folder of a run, nor its control.sock, nor the address of a page",
         ),
         (["--live", "."], "no run is under way there; rtctl watch"),
-        (["--live", "http://127.0.0.1:1/TOKEN/"], "no page is served there"),
+        (["--live", "http://127.0.0.1:1/TOKEN/"], "no page is served there: nothing listens"),
         (["--live", "http://127.0.0.1:1"], "the whole address is needed"),
         (["--live", "http://[::"], "--live http://[::"),
         (

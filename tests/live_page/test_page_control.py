@@ -61,7 +61,7 @@ def test_the_page_is_told_what_can_be_changed_and_its_values(
     ("name", "value", "words"),
     [
         ("controller.kq", "1", "did you mean"), ("setpoint", "nan", "finite"), ("setpoint", "3 kg", "kg"),
-        ("setpoint", "", "NAME=VALUE"), ("controller.kp", "0.5", "judged"),
+        ("setpoint", " ", "setpoint: the field is empty"), ("controller.kp", "0.5", "judged"),
     ],
 )  # fmt: skip
 def test_what_the_run_refuses_is_refused_in_its_words(

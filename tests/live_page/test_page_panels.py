@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from rtctl.controllers.playback import PlaybackController
 from rtctl.estimators.none import NoEstimator
+from rtctl.live_page.shown.event_log import EventLog
 from rtctl.live_page.shown.panels import panels_of, planes_of
 from rtctl.live_page.shown.signals import NOT_DRAWN, signals_of
+from rtctl.live_page.shown.state import verdict_of
 from rtctl.loop.supervisor import signal_columns
 from rtctl.scenario.bundled import bundled_scenarios
 from rtctl.scenario.schema import load_scenario
@@ -56,3 +61,24 @@ def test_columns_of_which_nothing_is_known_have_a_panel_for_each_unit() -> None:
     assert [(panel["unit"], panel["signals"]) for panel in panels_of(shown)] == [("N", [0, 2]), ("mm", [1])]
     planes = planes_of(shown, {"inputs": '["force"]'})
     assert planes == [{"x": 0, "y": [1]}, {"x": 0, "y": [2]}]
+
+
+def test_units_of_events_and_verdict_are_printed_as_those_of_the_charts(tmp_path: Path) -> None:
+    scenario, _ = load_scenario(bundled_scenarios() / "steps.toml", [])
+    changes = [
+        {"step": 5, "event": "change", "name": name, "value": 4.0} for name in ("setpoint", "controller.ki")
+    ]
+    (tmp_path / "events.jsonl").write_text(
+        "".join(f"{json.dumps(one)}\n" for one in changes), encoding="utf-8"
+    )
+    events = EventLog(tmp_path, scenario, 1e-3).look()
+    assert events is not None
+    assert [one["text"] for one in events] == ["setpoint 4 µm", "controller.ki 4 mA/(µm·s)"]
+    errors = {"mean_abs_um": 2.5, "max_abs_um": 28.6}
+    summary = {
+        "verdict": "pass", "tracking": errors, "self_sensing": {}, "checks": [], "timing": {"overruns": 0},
+    }  # fmt: skip
+    (tmp_path / "summary.json").write_text(json.dumps(summary), encoding="utf-8")
+    found = verdict_of(tmp_path)
+    assert found is not None
+    assert found["lines"] == ["tracking error: mean 2.5 µm, largest 28.6 µm"]

@@ -91,6 +91,7 @@ def test_the_account_has_what_was_commanded_and_read_and_goes_on_through_a_resta
     assert [name for name, _ in made.columns] == [
         "index", "current", "resistance", "deflection", "line_faults", "device_status",
     ]  # fmt: skip
+    assert dict(made.columns)["line_faults"] == "count", "fractions beside it would lie flat"
     made.live()
     assert math.isnan(rows[-1][2]), "nobody has read yet"
     for k in range(3):

@@ -128,7 +128,7 @@ async def _start(tcp: str | None) -> str:
 
 
 def test_tcp_port_in_use_is_named() -> None:
-    with pytest.raises(InputError, match=r"^127\.0\.0\.1:\d+: cannot serve there"):
+    with pytest.raises(InputError, match=r"^127\.0\.0\.1:\d+: cannot serve there: the port is taken"):
         asyncio.run(_start("127.0.0.1:0"))
 
 

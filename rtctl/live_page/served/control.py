@@ -34,7 +34,10 @@ def change(folder: Path, request: Any) -> str:
     if name == STOP:
         stop(place.folder)
         return "stop: the run ends at its safe levels"
-    asked = read_change(place.folder, f"{name}={request.get('value', '')}")
+    value = str(request.get("value", "")).strip()
+    if not value:
+        raise InputError(f"{name}: the field is empty; give a number, with or without its unit")
+    asked = read_change(place.folder, f"{name}={value}")
     return send(place.folder, asked.name, asked.value).in_words()
 
 

@@ -50,7 +50,11 @@ def upstream_of(address: str) -> Upstream:
         text = answer.read().decode(errors="replace").strip()
         connection.close()
     except (OSError, http.client.HTTPException) as error:
-        raise InputError(f"--live {address}: no page is served there: {error}") from None
+        if isinstance(error, ConnectionRefusedError):
+            what = "nothing listens at this port; start rtctl watch there, or open the tunnel"
+        else:
+            what = getattr(error, "strerror", None) or str(error) or "it does not speak HTTP"
+        raise InputError(f"--live {address}: no page is served there: {what}") from None
     if answer.status != HTTPStatus.OK:
         raise InputError(f"--live {address}: {text}")
     return upstream

@@ -8,6 +8,7 @@ from typing import Any
 
 from rtctl.border.errors import InputError
 from rtctl.loop.events import Event, read_events
+from rtctl.output.readable_units import printed_unit
 from rtctl.scenario.schema import Scenario
 from rtctl.session.run_files import marks_of
 from rtctl.session.run_folder import EVENTS
@@ -29,7 +30,7 @@ class EventLog:
         if events is None:
             return None
         return [
-            {"time_s": self.time_s(event), "kind": event.kind, "text": self.words(event)}
+            {"time_s": self.time_s(event), "kind": event.kind, "text": self._printed(event)}
             for event in events[-MOST_EVENTS:]
         ]
 
@@ -50,6 +51,11 @@ class EventLog:
     def time_s(self, event: Event) -> float:
         """Return the time of an event in the run [s]."""
         return self._period_s * event.step
+
+    def _printed(self, event: Event) -> str:
+        """Return an event's sentence with the unit of a change as the charts print it; programs get plain ones."""
+        words = self.words(event)
+        return printed_unit(words) if event.kind == "change" and self._scenario is not None else words
 
     def words(self, event: Event) -> str:
         """Return an event as a sentence for a person."""

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from rtctl.evaluation.summary import verdict_in_words
-from rtctl.output.readable_units import readable
+from rtctl.output.readable_units import printed_unit, readable
 
 WORDS = {
     "waiting": "waiting for the first sample",
@@ -35,7 +35,7 @@ def _lines(summary: Mapping[str, Any]) -> list[str]:
         errors, unit = summary[name], summary[name].get("unit", "um")
         mean, largest = (errors.get(f"{one}_um", errors.get(one)) for one in ("mean_abs", "max_abs"))
         if mean is not None:
-            words = f"mean {readable(mean, unit, 3)}, largest {readable(largest, unit, 3)}"
+            words = printed_unit(f"mean {readable(mean, unit, 3)}, largest {readable(largest, unit, 3)}")
             lines.append(f"{name.replace('_', '-')} error: {words}")
     for check in summary["checks"]:
         if check["met"] is False:

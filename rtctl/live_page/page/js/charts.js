@@ -1,6 +1,6 @@
 /** The charts over time: one uPlot a panel, the same time axis and cursor in all, values of the cursor while live. */
 
-import { colour, colourOf, figure, words } from "./colours.js";
+import { alongAxis, colour, colourOf, figure, words } from "./colours.js";
 
 const HEIGHTS = { first: 230, other: 150 };
 const TALL_ROLES = new Set(["setpoint", "measured", "estimate", "signal"]);
@@ -96,8 +96,8 @@ export class Charts {
       cursor: { sync: { key: "time", setSeries: false }, drag: { x: true, y: false, setScale: false }, points: { size: 6 } },
       scales: { x: { time: false }, y: { range: (plot, low, high) => this.#range(chart, low, high) } },
       axes: [
-        { ...axis, size: 26, values: (plot, ticks) => ticks.map((one) => `${figure(one)} s`) },
-        { ...axis, size: 62, values: (plot, ticks) => ticks.map(figure) },
+        { ...axis, size: 26, values: (plot, ticks) => alongAxis(ticks).map((one) => `${one} s`) },
+        { ...axis, size: 62, values: (plot, ticks) => alongAxis(ticks) },
       ],
       series: [{}, ...this.#series(chart.panel)],
       bands: band.length === 2 ? [{ series: [band[1][1], band[0][1]], fill: colour("--band") }] : [],

@@ -32,12 +32,21 @@ export function words(name) {
 }
 
 /** Return a number with as many digits as a person reads. */
-export function figure(value) {
+export function figure(value, digits = 5) {
   if (value === null || value === undefined || Number.isNaN(value)) return "–";
   if (value === 0) return "0";
   const size = Math.abs(value);
-  if (size >= 1e7 || size < 1e-3) return Number(value.toPrecision(4)).toExponential().replace("e+", "e");
-  return `${Number(value.toPrecision(5))}`;
+  if (size >= 1e7 || size < 1e-3) return Number(value.toPrecision(digits - 1)).toExponential().replace("e+", "e");
+  return `${Number(value.toPrecision(digits))}`;
+}
+
+/** Return the numbers along an axis, with as many digits as tell each from the next: 7.01755 and 7.0176. */
+export function alongAxis(values) {
+  const step = Math.abs(values[1] - values[0]);
+  const size = Math.max(...values.map(Math.abs));
+  const needed = Math.ceil(Math.log10(size / step)) + 2;
+  const digits = Number.isFinite(needed) ? Math.min(Math.max(needed, 5), 15) : 5;
+  return values.map((one) => figure(one, digits));
 }
 
 /** Return words with a capital letter. */

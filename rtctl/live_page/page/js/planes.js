@@ -1,6 +1,6 @@
 /** Planes of two signals: the path of the newest rows with a trail that fades, or the samples of a range as dots. */
 
-import { capital, colour, colourOf, figure, words } from "./colours.js";
+import { alongAxis, capital, colour, colourOf, words } from "./colours.js";
 
 const HEIGHT = 210;
 const EDGE = { left: 62, right: 10, top: 8, bottom: 34 };
@@ -102,16 +102,20 @@ function axes(ctx, plane) {
   ctx.fillStyle = colour("--dim");
   ctx.lineWidth = 1;
   ctx.textAlign = "center";
-  for (const value of ticks(plane.across, plane.width / 55)) {
+  const across = ticks(plane.across, plane.width / 55);
+  const below = alongAxis(across);
+  for (const [k, value] of across.entries()) {
     const x = Math.round(plane.px(value)) + 0.5;
     line(ctx, x, EDGE.top, x, EDGE.top + plane.height);
-    ctx.fillText(figure(value), x, EDGE.top + plane.height + 13);
+    ctx.fillText(below[k], x, EDGE.top + plane.height + 13);
   }
   ctx.textAlign = "right";
-  for (const value of ticks(plane.up, plane.height / 32)) {
+  const up = ticks(plane.up, plane.height / 32);
+  const beside = alongAxis(up);
+  for (const [k, value] of up.entries()) {
     const y = Math.round(plane.py(value)) + 0.5;
     line(ctx, EDGE.left, y, EDGE.left + plane.width, y);
-    ctx.fillText(figure(value), EDGE.left - 5, y + 4);
+    ctx.fillText(beside[k], EDGE.left - 5, y + 4);
   }
   ctx.textAlign = "center";
   ctx.fillText(plane.labels[0], EDGE.left + plane.width / 2, HEIGHT - 5);
