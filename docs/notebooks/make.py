@@ -3,7 +3,8 @@
     python docs/notebooks/make.py [--check] [NAME ...]
 
 With `--check` nothing is written: the exit code is 1 where a cell fails or a notebook shows other kinds of outputs than
-the stored ones. A notebook runs in an empty folder, so that it needs nothing but the program.
+the stored ones. A notebook runs in an empty folder, so that it needs nothing but the program. `make weekly`
+installs what runs them.
 """
 
 from __future__ import annotations

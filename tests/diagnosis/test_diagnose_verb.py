@@ -222,7 +222,6 @@ def test_a_stop_before_anything_is_known_is_a_message(answered: Path) -> None:
         diagnose(read_dataset(problem), read_oscillator_model(model), simulation, (), options)
 
 
-@pytest.mark.slow
 def test_on_a_full_disk_the_answer_is_told_and_one_message_says_what_to_do(answered: Path) -> None:
     """A limit on the size of files stands in for the disk: the page does not fit, the extended model does."""
     command = (

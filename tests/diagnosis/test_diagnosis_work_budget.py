@@ -8,7 +8,6 @@ from itertools import count
 from pathlib import Path
 
 import numpy as np
-import pytest
 from diagnosis_cases import PERIOD_S, device, friction_case, measured, noise_drive
 
 from rtctl.border.simulation import Stimulus
@@ -118,7 +117,6 @@ def test_an_answer_that_the_guard_cut_says_that_it_depends_on_the_machine(tmp_pa
     assert "depends on the speed of the machine" in cut.warnings[-1]
 
 
-@pytest.mark.slow
 def test_two_answers_are_the_same_bytes_with_one_thread_and_with_two(tmp_path: Path) -> None:
     manifest, model = friction_case(tmp_path), tmp_path / "model.toml"
     answers = [

@@ -18,8 +18,6 @@ from rtctl.border.arrays import FloatArray
 from rtctl.estimators.cubature import CubatureFilter
 from rtctl.plants.equations.belief import filter_settings
 
-pytestmark = pytest.mark.slow  # kernels that no other test needs
-
 MODELS = Path(__file__).resolve().parents[2] / "scenarios" / "models" / "equations"
 STOP = """
 [model]
@@ -72,6 +70,7 @@ def estimated(path: Path, model: ControlledEquations) -> tuple[FloatArray, Float
     return np.array(place), np.array(told)
 
 
+@pytest.mark.slow
 def test_a_filter_with_events_follows_a_device_that_hits_its_stop(tmp_path: Path) -> None:
     path = written(tmp_path, STOP)
     model = ControlledEquations(path)
@@ -86,6 +85,7 @@ def test_a_filter_with_events_follows_a_device_that_hits_its_stop(tmp_path: Path
     assert place[60:100].max() > 1.19
 
 
+@pytest.mark.slow
 def test_a_filter_follows_bounces_through_readings_that_are_beyond_the_plate(tmp_path: Path) -> None:
     text = (MODELS / "bouncing_ball.toml").read_text().replace("value = 0.8,", "value = 0.95,")
     text += "[device.inputs.acceleration]\nlow = -5\nhigh = 5\n[device.outputs.gap]\nnoise = 5.0\n"

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import kernel, uncounted
@@ -73,7 +72,6 @@ def write_modules(folder: Path) -> None:
         (folder / f"{name}.py").write_text(text)
 
 
-@pytest.mark.slow
 def test_a_damaged_cache_is_compiled_anew_and_renewed(tmp_path):
     write_modules(tmp_path)
     assert run_outer(tmp_path) == ["2.0 5.0", "0 0"]

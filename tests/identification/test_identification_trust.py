@@ -72,7 +72,6 @@ def test_a_right_model_is_trusted(tmp_path: Path) -> None:
         ),
     ],
 )
-@pytest.mark.slow
 def test_segments_that_follow_do_not_make_a_model_trusted(
     spoil: Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]], tmp_path: Path
 ) -> None:

@@ -14,8 +14,6 @@ from rtctl.border.errors import InputError
 from rtctl.border.model_file import MechanismTable, ModelFile, ModelTable, Value
 from rtctl.border.simulation import Stimulus
 
-pytestmark = pytest.mark.slow  # kernels that no other test needs
-
 UNITS = {"drive": "V", "displacement": "um", "frequency": "Hz"}
 
 

@@ -37,7 +37,6 @@ def few_rows(force: Force = nothing) -> list[Sweep]:
     ]
 
 
-@pytest.mark.slow
 def test_a_hidden_quadratic_damping_is_named_with_its_size(tmp_path: Path) -> None:
     made = few_rows(lambda z, v: 0.02 * np.abs(v) * v)
     found = diagnosed(tmp_path, made, ["damping.quadratic"])

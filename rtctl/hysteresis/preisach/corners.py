@@ -190,7 +190,6 @@ def _sum_to_cells(table: FloatArray, n: int) -> None:
 
 @kernel
 def _add_row(table: FloatArray, to: int, other: int) -> None:
-    for m in range(
-        table.shape[1]
-    ):  # numba needs four seconds to compile what a slice would say of wrong shapes
+    """Add a row to another one, without a slice: numba would compile the words of an error about its shape."""
+    for m in range(table.shape[1]):
         table[to, m] += table[other, m]
