@@ -100,7 +100,8 @@ def test_a_client_meets_the_faults_and_the_page_shows_and_changes_what_the_plant
         readings.append(newest)
         assert time.monotonic() - begun_s < 5.0
     assert time.monotonic() - begun_s > 0.29, "the resistance is frozen from the first command on"
-    assert newest[1] < readings[0][1] - 1.0, "the plant has moved meanwhile"
+    frozen = readings[1:] or [newest]  # a machine that stalls gives one reading only
+    assert frozen[-1][1] < readings[0][1] - 1.0, "the plant has moved meanwhile"
 
     known = {one["name"]: one for one in json.loads(asked(device.page, "parameters")[1])}
     assert known["effects.delay"] == {"name": "effects.delay", "unit": "s", "value": 0.0}
