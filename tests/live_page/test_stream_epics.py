@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import math
 import socket
@@ -179,3 +180,18 @@ def test_an_address_of_another_machine_is_refused_in_words(
 def test_a_prefix_that_is_none_is_refused_in_words(tmp_path: Path, prefix: str) -> None:
     with pytest.raises(InputError, match="such as LAB:VO2:"):
         EpicsSender(tmp_path, prefix, may_change=False)
+
+
+@pytest.mark.wire
+def test_a_server_beside_another_one_takes_another_port_and_leaves_no_socket_open(
+    tmp_path: Path, port: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    left_open: list[object] = []
+    monkeypatch.setattr(sys, "unraisablehook", lambda said: left_open.append(said.exc_value))
+    RecordedLoop(tmp_path)
+    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as other:
+        other.bind(("127.0.0.1", port))
+        other.listen()
+        EpicsSender(tmp_path, PREFIX, may_change=False).close()
+    gc.collect()
+    assert left_open == []

@@ -140,7 +140,7 @@ class ChannelAccess:
             self._loop.close()
 
     async def _run(self) -> None:
-        from caproto.asyncio.server import Context
+        from rtctl.live_page.streams import channels
 
         named = os.environ.get(INTERFACES)
         self._task = asyncio.current_task()
@@ -149,7 +149,7 @@ class ChannelAccess:
             self._ready.set()
 
         try:
-            await Context(self._variables, None if named else [LOOPBACK]).run(startup_hook=started)
+            await channels.Server(self._variables, None if named else [LOOPBACK]).run(startup_hook=started)
         except asyncio.CancelledError:
             pass
         except Exception as error:  # whatever caproto lets out: it is told, the page goes on without

@@ -6,6 +6,7 @@ Imported only where caproto is installed.
 from __future__ import annotations
 
 import math
+import socket
 from collections.abc import Awaitable, Callable
 from typing import Any
 
@@ -18,6 +19,7 @@ from caproto import (
     ChannelDouble,
     SkipWrite,
 )
+from caproto.asyncio.server import Context
 
 Ask = Callable[[float], Awaitable[None]]
 """Asks the run for a value; raises where it refuses."""
@@ -48,6 +50,29 @@ class Text(ChannelChar):  # type: ignore[misc] # caproto has no types
     def check_access(self, hostname: str, username: str) -> AccessRights:
         """Return what a client may do."""
         return AccessRights.READ
+
+
+class Server(Context):  # type: ignore[misc] # caproto has no types
+    """caproto's server, except that it leaves no socket open for each port that it finds taken."""
+
+    async def _bind_tcp_sockets_with_consistent_port_number(
+        self, make_socket: object
+    ) -> tuple[int, dict[str, socket.socket]]:
+        port, bound = await super()._bind_tcp_sockets_with_consistent_port_number(_bound_socket)
+        return int(port), dict(bound)
+
+
+async def _bound_socket(address: str, port: int) -> socket.socket:
+    """Return a socket bound to a port; raises OSError, with the socket closed, where the port is taken."""
+    made = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    try:
+        made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        made.setblocking(False)
+        made.bind((address, port))
+    except OSError:
+        made.close()
+        raise
+    return made
 
 
 def number(unit: str, digits: int, ask: Ask | None) -> Number:
