@@ -97,14 +97,14 @@ class Backlash:
 
 
 class GainDrift:
-    """A gain of the drive that changes evenly from power-up on."""
+    """A gain of the drive that changes from power-up on."""
 
     def __init__(self, values: Values) -> None:
-        self._rate = values["rate"]
+        self._rate, self._settling_s = values["rate"], values["settling_time"]
 
     def pass_on(self, nodes: FloatArray, start_s: float, h: float) -> FloatArray:
         """Return the drive at the gain of its time."""
-        return amplified(nodes, self._rate, start_s, h)
+        return amplified(nodes, self._rate, self._settling_s, start_s, h)
 
 
 class SensorLag:

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
+from rtctl.border.drift import drifted_s
 from rtctl.border.kernels import kernel
 from rtctl.hysteresis.preisach.model import PreisachParams, cooled_stack, preisach_step
 from rtctl.models.vo2 import Vo2Model
@@ -148,9 +149,10 @@ def path_step(  # noqa: PLR0913
     step = Step(x[0], x[1], x[2], x[2], x[3], x[4], NO_SHARPNESS)
     lag_s = p.balance.lag_s
     for k in range(count):
-        drift, rise = p.balance.drift * (time_s + (k + 1) * h), 0.5 * p.balance.drift * h
+        drift = p.balance.drift * drifted_s(time_s + (k + 1) * h, p.balance.settling_s)
+        halfway = p.balance.drift * drifted_s(time_s + (k + 0.5) * h, p.balance.settling_s)
         step = advance(step, powers, drift, h, beam, film, p.cold, p.balance, d, r)
-        before, middle, warm = x[WARM], step.half + drift - rise, step.T + drift
+        before, middle, warm = x[WARM], step.half + halfway, step.T + drift
         peak = turn(x[SEEN], before, middle, warm, h, lag_s)
         seen = relax(x[SEEN], before, middle, warm, h, lag_s)
         if lag_s > 0.0 and not math.isnan(peak):
@@ -200,9 +202,10 @@ def reached(  # noqa: PLR0913
     step = Step(x[0], x[1], x[2], x[2], x[3], x[4], NO_SHARPNESS)
     warm, seen = float(x[WARM]), float(x[SEEN])
     for k in range(count):
-        drift, rise = p.balance.drift * (time_s + (k + 1) * h), 0.5 * p.balance.drift * h
+        drift = p.balance.drift * drifted_s(time_s + (k + 1) * h, p.balance.settling_s)
+        halfway = p.balance.drift * drifted_s(time_s + (k + 0.5) * h, p.balance.settling_s)
         step = advance(step, powers, drift, h, beam, film, p.cold, p.balance, d, r)
-        before, middle, warm = warm, step.half + drift - rise, step.T + drift
+        before, middle, warm = warm, step.half + halfway, step.T + drift
         seen = relax(seen, before, middle, warm, h, p.balance.lag_s)
     return surrogate_power(seen, p.balance)
 

@@ -28,6 +28,7 @@ CASES = {
     "thermal__nonlinear_loss": {"loss": 0.01},
     "thermal__latent_heat": {"heat": 6.0},
     "thermal__ambient_drift": {"rate": 20.0},
+    "thermal__ambient_drift (settles)": {"rate": 60.0, "settling_time": 0.06},
     "heater__tcr": {"tcr": 0.004},
     "actuation__delay": {"delay": 2.3e-3},
     "actuation__deadband": {"width": 0.3},

@@ -121,6 +121,11 @@ def cut(z: FloatArray, p: P) -> FloatArray:
     return z - np.sign(z) * p["clipped"] * beyond
 
 
+def warming(t: Any, p: dict[str, float]) -> Any:
+    """A drift at t over its first rate, of a device that warms up."""
+    return p["settling_time"] * (1.0 - np.exp(-t / p["settling_time"]))
+
+
 def nearest(z: FloatArray, p: P) -> FloatArray:
     """Of all levels the nearest to each z."""
     reach = math.ceil(np.abs(z).max() / p["step"]) + 1
@@ -327,13 +332,15 @@ ORACLES: dict[str, Oracle] = {
         reading=lambda t, y, p: y[:, 0] - y[:, 2],
         tolerance=1e-5,
     ),
-    "sensor.drift": Oracle(values={"rate": -0.3}, reading=lambda t, y, p: y[:, 0] + p["rate"] * t),
+    "sensor.drift": Oracle(
+        values={"rate": -0.3, "settling_time": 0.05}, reading=lambda t, y, p: y[:, 0] + p["rate"] * warming(t, p)
+    ),
     "sensor.quantisation": Oracle(
         values={"step": 0.02, "level": 0.007}, reading=lambda t, y, p: nearest(y[:, 0], p)
     ),
     "input.gain_drift": Oracle(
-        values={"rate": 1.6},
-        rate=lambda t, y, u, p: [y[1], duffing(y[0], y[1], u * (1.0 + p["rate"] * t))],
+        values={"rate": 1.6, "settling_time": 0.1},
+        rate=lambda t, y, u, p: [y[1], duffing(y[0], y[1], u * (1.0 + p["rate"] * warming(t, p)))],
         drive_side=True,
     ),
 }  # fmt: skip

@@ -63,6 +63,7 @@ def check_sampled(found, expected, nominal, share):
         ("thermal__latent_heat", {"heat": 4.0}, {"latent": 4.0}),
         ("thermal__latent_heat", {"heat": 4.0, "film": 0.75}, {"latent": 1.0, "film_heat": 3.0}),
         ("thermal__ambient_drift", {"rate": 20.0}, {"drift": 20.0}),
+        ("thermal__ambient_drift", {"rate": 60.0, "settling_time": 0.03}, {"drift": 60.0, "settling_s": 0.03}),
         ("heater__tcr", {"tcr": 0.004}, {"tcr": 0.004}),
         ("heater__tcr", {"tcr": 0.002, "known": 0.0}, {"tcr": 0.002, "known": 0.0}),
         ("actuation__delay", {"delay": 0.3e-3}, {"late": int(0.3 * STEPS)}),
@@ -90,6 +91,11 @@ def test_heat_is_that_of_the_sentence_in_tiny_steps(identity, values, oracle):
     [
         ("thermal__latent_heat", {"heat": 4.0}, {"latent": 4.0}),
         ("thermal__ambient_drift", {"rate": 20.0}, {"drift": 20.0}),
+        (
+            "thermal__ambient_drift",
+            {"rate": 60.0, "settling_time": 0.03},
+            {"drift": 60.0, "settling_s": 0.03},
+        ),
         ("sensor__self_heating", {"heat": 3.0}, {"own": 3.0}),
         ("sensor__self_heating", {"heat": 3.0, "known": 0.0}, {"own": 3.0, "known": 0.0}),
     ],
@@ -320,6 +326,8 @@ def test_a_drift_of_the_deflection_reading_and_of_the_currents_gain():
     drifting = predict(simulation(sensor__drift={"rate": -3.0}), stimulus(CURRENT))
     assert drifting[1] == pytest.approx(plain[1] - 3.0 * time_s, rel=1e-12)
     np.testing.assert_array_equal(drifting[0], plain[0])
+    settling = predict(simulation(sensor__drift={"rate": -3.0, "settling_time": 0.02}), stimulus(CURRENT))
+    assert settling[1] == pytest.approx(plain[1] - 3.0 * 0.02 * (1.0 - np.exp(-time_s / 0.02)), rel=1e-12)
     found = predict(simulation(input__gain_drift={"rate": 0.7}), stimulus(CURRENT))
     within = np.repeat(CURRENT[:-1], STEPS) * (
         1.0 + 0.7 * PERIOD_S / STEPS * (np.arange(len(CURRENT[:-1]) * STEPS) + 0.5)
@@ -332,6 +340,19 @@ def test_a_drift_of_the_deflection_reading_and_of_the_currents_gain():
     beam = Film(small_model().deflection_preisach)
     expected = np.array([beam.at(v) for v in np.sqrt(power)])[::STEPS]
     check_sampled(found[1], expected, plain[1], 0.02)
+
+
+def test_a_drift_that_settles_after_all_records_is_steady_and_one_that_settles_at_once_is_a_gain():
+    def drifting(**settling):
+        return predict(simulation(input__gain_drift={"rate": 0.7} | settling), stimulus(CURRENT))[1]
+
+    plain = predict(simulation(), stimulus(CURRENT))[1]
+    check_sampled(drifting(settling_time=1e4), drifting(), plain, 1e-4)
+    at_once = predict(simulation(input__gain_drift={"rate": 7e3, "settling_time": 1e-5}), stimulus(CURRENT))[
+        1
+    ]
+    stronger = predict(simulation(), stimulus(1.07 * CURRENT))[1]
+    assert at_once[1:] == pytest.approx(stronger[1:], abs=0.05 * float(np.ptp(stronger - plain)))
 
 
 def test_the_drift_of_a_late_current_goes_on_with_time():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -53,6 +54,7 @@ def dense(
     expansion: float = 0.0,
     mixing: float = 0.0,
     drift: float = 0.0,
+    settling_s: float = math.inf,
     late: int = 0,
     zone: float = 0.0,
     cooling: float = 0.0,
@@ -103,7 +105,8 @@ def dense(
     before, phase_before, capacity = T, 0.0, 1.0
     slow = np.exp(-dt / slow_s)
     for k in range(len(held) + 1):
-        warm = T + drift * k * dt
+        passed = k * dt if settling_s == math.inf else settling_s * (1.0 - math.exp(-k * dt / settling_s))
+        warm = T + drift * passed
         lagged = warm if lagged is None else (warm + (lagged - warm) * np.exp(-dt / lag_s) if lag_s else warm)
         v, seen = (zone + np.sqrt(x * (1 + known * loss * x) / (1 + known * tcr * x)) for x in (warm, lagged))
         way = way if abs(seen - turned) < 1e-12 else float(np.sign(seen - turned))

@@ -40,11 +40,19 @@ static double follow(double behind, double constants, double interval, const dou
 }
 #endif
 
+#if defined HAS_INPUT_GAIN_DRIFT || defined HAS_SENSOR_DRIFT
+/* A drift over its first rate [s]; without a settling time it goes on and on. */
+static double drifted(double time, double settling)
+{
+    return settling == 0.0 ? time : -settling * expm1(-time / settling);
+}
+#endif
+
 static void drive_path(motion *s, const double *value, double t, double h, double *u)
 {
     (void)s; (void)value; (void)t; (void)h; (void)u;
 #ifdef HAS_INPUT_GAIN_DRIFT
-    for (int c = 0; c < 3; c++) u[c] *= 1.0 + INPUT_GAIN_DRIFT_RATE * (t + 0.5 * c * h);
+    for (int c = 0; c < 3; c++) u[c] *= 1.0 + INPUT_GAIN_DRIFT_RATE * drifted(t + 0.5 * c * h, INPUT_GAIN_DRIFT_SETTLING_TIME);
 #endif
 #ifdef HAS_DRIVE_OFFSET
     for (int c = 0; c < 3; c++) u[c] += DRIVE_OFFSET_OFFSET;
@@ -155,7 +163,7 @@ static double reading(double z, const double *value, double t)
     z += SENSOR_HUM_COSINE * cos(angle) + SENSOR_HUM_SINE * sin(angle);
 #endif
 #ifdef HAS_SENSOR_DRIFT
-    z += SENSOR_DRIFT_RATE * t;
+    z += SENSOR_DRIFT_RATE * drifted(t, SENSOR_DRIFT_SETTLING_TIME);
 #endif
 #ifdef HAS_SENSOR_QUANTISATION
     z = SENSOR_QUANTISATION_LEVEL + SENSOR_QUANTISATION_STEP *

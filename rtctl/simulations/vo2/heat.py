@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
+from rtctl.border.drift import drifted_s
 from rtctl.border.kernels import background_kernel, kernel, uncounted
 from rtctl.hysteresis.preisach.everett import everett
 from rtctl.hysteresis.preisach.model import MAX_EXTREMA, PreisachParams, preisach_step, uncounted_params
@@ -298,7 +299,7 @@ def balance_pieces(  # noqa: PLR0913
     power = np.empty(size)
     lagging, peaks = (np.empty(size), np.empty(size)) if b.lag_s != 0.0 else (power, power)
     power[0] = lagging[0] = peaks[0] = surrogate_power(T, b)
-    drift = 0.0
+    time_s = drift = 0.0
     for k in range(1, size):
         row, x, dx = (k - 1) // substeps, ((k - 1) % substeps) / substeps, 1.0 / substeps
         h = durations[row % durations.size] / substeps
@@ -306,7 +307,9 @@ def balance_pieces(  # noqa: PLR0913
             at(nodes, row, x) ** 2, at(nodes, row, x + 0.25 * dx) ** 2,
             at(nodes, row, x + 0.5 * dx) ** 2, at(nodes, row, x + dx) ** 2,
         )  # fmt: skip
-        drift += b.drift * h
+        halfway = b.drift * drifted_s(time_s + 0.5 * h, b.settling_s)
+        time_s += h
+        drift = b.drift * drifted_s(time_s, b.settling_s)
         step = advance(step, heater, drift, h, beam, film, cold, b, d, r)
         before, warm = warm, step.T + drift
         s = surrogate_power(warm, b)
@@ -317,7 +320,7 @@ def balance_pieces(  # noqa: PLR0913
         power[k] = s
         if b.lag_s == 0.0:
             continue
-        middle = step.half + drift - 0.5 * b.drift * h
+        middle = step.half + halfway
         peak = turn(lagged, before, middle, warm, h, b.lag_s)
         lagged = relax(lagged, before, middle, warm, h, b.lag_s)
         lagging[k] = peaks[k] = surrogate_power(lagged, b)

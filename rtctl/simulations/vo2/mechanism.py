@@ -79,12 +79,16 @@ class Balance(NamedTuple):
     """Relative growth of the heating as the film turns metallic [-]."""
     phase_heating_known: float = 0.0
     drift: float = 0.0
-    """Drift of the room [mA^2/s] from a record's start, by which the film is warmer than its heat makes it."""
+    """Drift of the room [mA^2/s] at a record's start, by which the film is warmer than its heat makes it."""
+    settling_s: float = 0.0
+    """Time constant with which that drift settles [s]; 0: it does not."""
 
     @property
     def is_plain(self) -> bool:
         """Whether the nominal solution, exact for held currents, is enough."""
-        return self == Balance(self.time_constant_s, zone=self.zone, drift=self.drift)
+        return self == Balance(
+            self.time_constant_s, zone=self.zone, drift=self.drift, settling_s=self.settling_s
+        )
 
 
 class Warm(NamedTuple):

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray
+from rtctl.border.drift import drift_of
 from rtctl.border.simulation import FreeParameter, Prediction, Stimulus
 from rtctl.border.work import count_work
 from rtctl.models.vo2 import SURROGATE, Vo2Model
@@ -264,7 +265,7 @@ class Vo2Simulation:
         starts = float(pieces.durations_s.sum()) * np.arange(periods + 1)
         time_s = (starts[:, None] + within).reshape(-1)[: len(power)]
         if balance.is_plain:
-            lagging = peaks = power = power + balance.drift * time_s
+            lagging = peaks = power = power + balance.drift * drift_of(time_s, balance.settling_s)
         warm = Warm(power, lagging, peaks, np.asarray(time_s, np.float64))
         for mechanism in active:
             if mechanism.warm is not None:

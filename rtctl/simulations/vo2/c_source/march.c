@@ -21,12 +21,20 @@ static double nearest(double x, double step, double level)
 }
 #endif
 
+#if defined HAS_INPUT_GAIN_DRIFT || defined HAS_SENSOR_DRIFT
+/* A drift over its first rate [s]; without a settling time it goes on and on. */
+static double drifted(double time, double settling)
+{
+    return settling == 0.0 ? time : -settling * expm1(-time / settling);
+}
+#endif
+
 static double heating_current(const plant *m, double passed)
 {
     const double *value = m->parameter;
     double current = m->input[0] + m->slope[0] * passed;
 #ifdef HAS_INPUT_GAIN_DRIFT
-    current *= 1.0 + INPUT_GAIN_DRIFT_RATE * (m->time + passed);
+    current *= 1.0 + INPUT_GAIN_DRIFT_RATE * drifted(m->time + passed, INPUT_GAIN_DRIFT_SETTLING_TIME);
 #endif
     return corrected(current, CURRENT_MIDDLE, CURRENT_GAIN, CURRENT_OFFSET);
 }
@@ -93,7 +101,7 @@ const char *plant_read(plant *m)
     m->output[0] *= exp((SENSOR_AGEING_RATE + SENSOR_AGEING_BEND * m->time) * m->time);
 #endif
 #ifdef HAS_SENSOR_DRIFT
-    m->output[1] += SENSOR_DRIFT_RATE * m->time;
+    m->output[1] += SENSOR_DRIFT_RATE * drifted(m->time, SENSOR_DRIFT_SETTLING_TIME);
 #endif
 #ifdef HAS_SENSOR_QUANTISATION
     m->output[0] = nearest(m->output[0], SENSOR_QUANTISATION_RESISTANCE, SENSOR_QUANTISATION_RESISTANCE_LEVEL);

@@ -1,4 +1,6 @@
-"""`thermal.ambient_drift`: the film is at T + rate t, t since the record's first sample, T by its heat alone.
+"""`thermal.ambient_drift`: the film is at T + rate d (1 - exp(-t / d)), t since the record's first sample.
+
+T is by its heat alone, d the settling time; without one it is at T + rate t.
 
 A room that cools takes it below all that was identified, one that warms above. Nothing switches there: the
 semiconductor conducts less by `activation`, the beam bends by -`expansion`.
@@ -6,6 +8,7 @@ semiconductor conducts less by `activation`, the beam bends by -`expansion`.
 
 import numpy as np
 
+from rtctl.border.drift import settling_time
 from rtctl.simulations.vo2.mechanism import (
     ACTIVATION,
     EXPANSION,
@@ -20,7 +23,7 @@ from rtctl.simulations.vo2.mechanism import (
 
 def drifting(balance: Balance, p: Values) -> Balance:
     """Let the ambient warm or cool."""
-    return balance._replace(drift=p["rate"])
+    return balance._replace(drift=p["rate"], settling_s=p["settling_time"])
 
 
 def beyond_the_loops(read: Read, p: Values) -> Read:
@@ -36,11 +39,16 @@ def beyond_the_loops(read: Read, p: Values) -> Read:
 MECHANISM = Vo2Mechanism(
     id="thermal.ambient_drift",
     statement="The ambient temperature drifts, as if the heating power grew by {rate}.",
+    forms={
+        "settling_time": "The ambient temperature drifts, as if the heating power grew by {rate} at first; the drift "
+        "settles with a time constant of {settling_time}."
+    },
     parameters=(
         coefficient(
             "rate", "mA^2/s", "of the surrogate's power, from each record's start",
             lambda s: 0.1 * power_of(s) / s.duration,
         ),
+        settling_time(),
         ACTIVATION,
         EXPANSION,
     ),
