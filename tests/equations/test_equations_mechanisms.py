@@ -38,12 +38,16 @@ def sized(tmp_path_factory: pytest.TempPathFactory) -> EquationsSimulation:
     return plain.sized([stimulus()], [{"y": reading}], SCALES)
 
 
-def acting(simulation: EquationsSimulation, identity: str, share: float = 0.05) -> EquationsSimulation:
-    """With the first amplitude of a mechanism at a share of its scale."""
+def acting(
+    simulation: EquationsSimulation, identity: str, share: float = 0.05, **shapes: float
+) -> EquationsSimulation:
+    """With the first amplitude of a mechanism at a share of its scale, and some shapes."""
     extended = simulation.extended((identity,))
     amplitude = extended.mechanisms[-1].amplitudes[0]
     values = [
-        share * one.declared.scale(SCALES) if one.name == f"{identity}.{amplitude.name}" else one.value
+        share * one.declared.scale(SCALES)
+        if one.name == f"{identity}.{amplitude.name}"
+        else shapes.get(one.declared.name, one.value)
         for one in extended.parameters
     ]
     return extended.with_values(np.array(values))
@@ -77,17 +81,24 @@ def test_every_mechanism_changes_the_reading_and_none_does_at_neutral(sized: Equ
 
 
 IN_TERMS = (
-    "input.u.offset", "input.u.dead_band", "output.y.drift", "state.x2.friction", "state.x1.limit",
-    "parameter.k1.drift",
+    "input.u.offset", "input.u.gain_drift", "input.u.dead_band", "output.y.drift", "state.x2.friction",
+    "state.x1.limit", "parameter.k1.drift",
 )  # fmt: skip
 BY_ID = ("input.u.delay", "output.y.lag", "state.x1.slow")
 
 
-@pytest.mark.parametrize("identity", [*IN_TERMS, *BY_ID])
+@pytest.mark.parametrize(
+    ("identity", "shapes"),
+    [
+        *((identity, {}) for identity in (*IN_TERMS, *BY_ID)),
+        ("output.y.drift", {"settling_time": 300.0}),
+        ("input.u.gain_drift", {"settling_time": 300.0}),
+    ],
+)
 def test_a_file_with_a_mechanism_moves_as_it_does(
-    identity: str, sized: EquationsSimulation, tmp_path: Path
+    identity: str, shapes: dict[str, float], sized: EquationsSimulation, tmp_path: Path
 ) -> None:
-    plain, own = run(sized), acting(sized, identity)
+    plain, own = run(sized), acting(sized, identity, **shapes)
     tables = {
         identity: {
             one.declared.name: Value(value=one.value, unit=one.unit)

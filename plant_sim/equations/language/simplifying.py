@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from plant_sim.equations.language.tree import Call, Name, Negative, Number, Operation, Own, Tree
+from plant_sim.equations.language.tree import Call, Comparison, Name, Negative, Number, Operation, Own, Tree
 
 ZERO, ONE = Number(0.0), Number(1.0)
 
@@ -26,6 +26,10 @@ def _reduced(tree: Tree, zero: Collection[str]) -> Tree:
             return _operation(operator, _reduced(left, zero), _reduced(right, zero))
         case Own(function, member, arguments, block):
             return Own(function, member, tuple(_reduced(one, zero) for one in arguments), block)
+        case Call("where", (Comparison(">", Name(name), right), _, otherwise)) if (
+            name in zero and right == ZERO
+        ):
+            return _reduced(otherwise, zero)
         case Call(function, arguments):
             return Call(function, tuple(_reduced(one, zero) for one in arguments))
         case _:

@@ -55,6 +55,8 @@ INPUT_SATURATION = replace(
     drive=lambda drive, p: drive._replace(nodes=sensor_saturation.bent(drive.nodes, p)),
     sensor=None, unread=None, stage=4,
 )  # fmt: skip
+_DRIFTED = "where({settling_time} > 0, {settling_time}*(1 - exp(-t/{settling_time})), t)"
+"""Drift over its first rate: see `rtctl.border.drift`."""
 INPUTS: dict[str, SignalLaw] = {
     "delay": SignalLaw(delay.MECHANISM, "The {s} acts {delay} late."),
     "lag": SignalLaw(lag.MECHANISM, "The {s} lags with a time constant of {time_constant}."),
@@ -62,7 +64,11 @@ INPUTS: dict[str, SignalLaw] = {
                         inline="{x} + {offset}"),
     "gain_drift": SignalLaw(
         gain_drift.MECHANISM, "The gain of the {s} drifts by {rate} of itself from the start of each record.",
-        inline="{x}*(1 + {rate}*t)",
+        {
+            "settling_time": "The gain of the {s} drifts by {rate} of itself at the start of each record and settles "
+            "with a time constant of {settling_time}."
+        },
+        inline="{x}*(1 + {rate}*" + _DRIFTED + ")",
     ),
     "saturation": SignalLaw(
         INPUT_SATURATION,
@@ -99,7 +105,13 @@ OUTPUTS: dict[str, SignalLaw] = {
     ),
     "hum": SignalLaw(hum.MECHANISM, "Hum at {frequency} is in the {s} ({cosine}, {sine})."),
     "drift": SignalLaw(
-        drift.MECHANISM, "The {s} drifts by {rate} from the start of each record.", inline="{x} + {rate}*t"
+        drift.MECHANISM,
+        "The {s} drifts by {rate} from the start of each record.",
+        {
+            "settling_time": "The {s} drifts by {rate} at the start of each record and settles with a time constant of "
+            "{settling_time}."
+        },
+        inline="{x} + {rate}*" + _DRIFTED,
     ),
     "skew": SignalLaw(skew.MECHANISM, "The {s} is read {late} after the row's instant (below 0: before it)."),
 }
