@@ -26,6 +26,7 @@ MECHANISMS: dict[str, str] = {
     "stiffness.quintic": 'coefficient = { value = 3e7, unit = "1/(mm^4*s^2)" }',
     "stiffness.parametric": 'coefficient = { value = 500.0, unit = "1/(V*s^2)" }',
     "stiffness.drift": 'rate = { value = 500.0, unit = "1/s^3" }',
+    "stiffness.drift settling": 'rate = { value = 500.0, unit = "1/s^3" }, settling_time = { value = 0.3, unit = "s" }',
     "stiffness.viscoelastic": 'stiffness = { value = 2000.0, unit = "1/s^2" }, time_constant = { value = 20.0, unit = "ms" }',
     "damping.nonlinear": 'coefficient = { value = 300.0, unit = "1/(mm^2*s)" }',
     "damping.quadratic": 'coefficient = { value = 0.5, unit = "1/mm" }',

@@ -171,8 +171,8 @@ ORACLES: dict[str, Oracle] = {
         rate=lambda t, y, u, p: [y[1], duffing(y[0], y[1], u) - p["coefficient"] * u * y[0]],
     ),
     "stiffness.drift": Oracle(
-        values={"rate": -7000.0},
-        rate=lambda t, y, u, p: [y[1], duffing(y[0], y[1], u) - p["rate"] * t * y[0]],
+        values={"rate": -9000.0, "settling_time": 0.3},
+        rate=lambda t, y, u, p: [y[1], duffing(y[0], y[1], u) - p["rate"] * warming(t, p) * y[0]],
     ),
     "stiffness.viscoelastic": Oracle(
         values={"stiffness": 3000.0, "time_constant": 0.013},

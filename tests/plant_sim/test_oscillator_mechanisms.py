@@ -441,6 +441,21 @@ def test_a_small_step_from_neutral_is_seen_and_twice_the_step_is_twice_as_much(
     assert twice / once == pytest.approx(2.0, abs=0.1)
 
 
+@pytest.mark.parametrize("identity", ["stiffness.drift", "input.gain_drift", "sensor.drift"])
+def test_a_drift_that_settles_after_all_records_is_steady(identity: str) -> None:
+    bound, record = simulation(identity), stimulus(multisine(), "zero")
+    rate = ORACLES[identity].values["rate"]
+    steady, late, none = (
+        bound.predict(record, lane(bound, {f"{identity}.rate": r, f"{identity}.settling_time": d})).outputs[
+            "displacement"
+        ][0]
+        for r, d in ((rate, 0.0), (rate, 1e4), (0.0, 0.0))
+    )
+    change = np.linalg.norm(steady - none)
+    assert change > 1e-3 * np.linalg.norm(none)
+    assert np.linalg.norm(late - steady) < 1e-4 * change
+
+
 EVERY = [("", p) for p in NOMINAL_PARAMETERS] + [(m.id, p) for m in MECHANISMS.values() for p in m.parameters]
 NAMES = [f"{identity}.{p.name}" for identity, p in EVERY]
 
