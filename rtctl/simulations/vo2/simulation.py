@@ -263,10 +263,10 @@ class Vo2Simulation:
         within = np.concatenate(([0.0], np.cumsum(steps_s)[:-1]))
         periods = (len(power) - 1) // len(steps_s)
         starts = float(pieces.durations_s.sum()) * np.arange(periods + 1)
-        time_s = (starts[:, None] + within).reshape(-1)[: len(power)]
+        time_s = np.asarray((starts[:, None] + within).reshape(-1)[: len(power)], np.float64)
         if balance.is_plain:
             lagging = peaks = power = power + balance.drift * drift_of(time_s, balance.settling_s)
-        warm = Warm(power, lagging, peaks, np.asarray(time_s, np.float64))
+        warm = Warm(power, lagging, peaks, time_s)
         for mechanism in active:
             if mechanism.warm is not None:
                 warm = mechanism.warm(warm, self._of(mechanism, values))
