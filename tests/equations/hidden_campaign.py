@@ -4,7 +4,7 @@ PYTHONPATH=. python tests/equations/hidden_campaign.py --seed 1 --systems motor,
 PYTHONPATH=. python tests/equations/hidden_campaign.py --seed 9000 --systems unseen --out out/unseen
 
 Cases come in an order that the seed draws, and `cases.jsonl` grows by each: what a stopped run has done is a fair
-sample. `--table FOLDER` prints the table of what is there.
+sample, and the same command goes on. `--table FOLDER` prints the table of what is there.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from collections import Counter
 from pathlib import Path
 
 import numpy as np
-from hidden.case import Judged, run_case
+from hidden.case import STOPPED, Judged, run_case
 from hidden.effects import effects
 from hidden.systems import DEVELOPED_ON, SYSTEMS
 from hidden.unseen import UNSEEN
@@ -39,11 +39,15 @@ def main() -> None:
         print(_table([Judged(**json.loads(line)) for line in file.read_text(encoding="utf-8").splitlines()]))
         return
     wanted = [one for one in args.effects.split(",") if one]
-    done: list[Judged] = []
-    with file.open("w", encoding="utf-8") as lines:
-        for system, effect, seed in _drawn(args.seed, args.systems, args.nulls):
-            if wanted and not any(one in (effect or "nothing") for one in wanted):
-                continue
+    before = file.read_text(encoding="utf-8").splitlines() if file.exists() else []
+    done = [Judged(**json.loads(line)) for line in before]
+    cases = [
+        case
+        for case in _drawn(args.seed, args.systems, args.nulls)
+        if not wanted or any(one in (case[1] or "nothing") for one in wanted)
+    ]
+    with file.open("a", encoding="utf-8") as lines:
+        for system, effect, seed in cases[len(done) :]:  # the order is that of the seed
             one = _run(args.out, system, effect, seed)
             done.append(one)
             lines.write(json.dumps(one._asdict()) + "\n")
@@ -68,6 +72,10 @@ def _run(out: Path, system: str, effect: str, seed: int) -> Judged:
     try:
         return run_case(out / f"{system}-{effect or 'nothing'}-{seed}", system, effect, seed)
     except Exception:  # a case that fails is a finding, and the others go on
+        if STOPPED in traceback.format_exc(limit=0):
+            raise SystemExit(
+                f"stopped in {system}, {effect or 'nothing'}; the same command goes on"
+            ) from None
         return Judged(system, effect, "failed", traceback.format_exc(limit=-2), "failed", 0.0, 0.0)
 
 

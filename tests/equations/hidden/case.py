@@ -8,10 +8,13 @@ from typing import Any, NamedTuple
 
 import rtctl
 from rtctl import Record
+from rtctl.border.errors import RunError
 
 from .effects import effects
 from .systems import SYSTEMS
 from .truth import SAMPLES, hidden
+
+STOPPED = "stopped by the user"
 
 
 class Judged(NamedTuple):
@@ -69,8 +72,10 @@ def judge(system: str, effect: str, answer: dict[str, Any], seconds: float) -> J
 
 
 def run_case(folder: Path, system: str, effect: str, seed: int) -> Judged:
-    """Hide an effect, ask the program, and judge its answer."""
+    """Hide an effect, ask the program, and judge its answer; raises RunError with `STOPPED` where it was stopped."""
     manifest = write_case(folder, system, effect, seed)
     started = time.process_time()
-    found = rtctl.diagnose(manifest, SYSTEMS[system].path)
-    return judge(system, effect, found.to_dict(), time.process_time() - started)
+    answer = rtctl.diagnose(manifest, SYSTEMS[system].path).to_dict()
+    if answer["stopped"]:
+        raise RunError(STOPPED)
+    return judge(system, effect, answer, time.process_time() - started)
