@@ -12,7 +12,7 @@ from vo2_dense_oracle import STEPS, Film, dense, heated_by_phase
 from vo2_model_cases import PERIOD_S, TAU_S, predict, simulation, small_model, stimulus, telegraph
 
 from rtctl.border.mechanisms import Scales
-from rtctl.border.units.quantities import convert
+from rtctl.border.units.quantities import convert, unit_registry
 from rtctl.diagnosis.thresholds import ProblemThresholds
 from rtctl.simulations.vo2 import MECHANISMS
 from rtctl.wiring_models import mechanism_ids
@@ -476,3 +476,19 @@ def test_heat_that_runs_away_is_told_and_not_warned_of():
     current = np.repeat([3.7, 8.5], [10, 600])
     found = made.predict(stimulus(current), np.array([one.value for one in made.parameters]))
     assert found.diverged_at[0] > 10
+
+
+@pytest.mark.parametrize(
+    "declared",
+    [pytest.param(p, id=f"{m.id}.{p.name}") for m in MECHANISMS.values() for p in m.parameters],
+)
+def test_on_a_slower_device_the_search_looks_among_longer_times(declared):
+    """A scale [s] that is a number of its own suits the devices that it was chosen on, and no others."""
+    slow = SIZES._replace(
+        velocity=SIZES.velocity / 100.0, acceleration=SIZES.acceleration / 1e4, rate=SIZES.rate / 100.0,
+        duration=100.0 * SIZES.duration, period=100.0 * SIZES.period, response_s=100.0 * TAU_S,
+    )  # fmt: skip
+    seconds = dict(unit_registry().parse_units(declared.unit)._units).get("second", 0)
+    grown = declared.scale(slow) / declared.scale(SIZES._replace(response_s=TAU_S))
+    hertz = dict(unit_registry().parse_units(declared.unit)._units).get("hertz", 0)
+    assert grown == pytest.approx(100.0 ** (seconds - hertz), rel=1e-12)

@@ -11,7 +11,15 @@ import math
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
-from rtctl.simulations.vo2.mechanism import PURE_PHASES, Read, Values, Vo2Mechanism, coefficient, shape
+from rtctl.simulations.vo2.mechanism import (
+    PURE_PHASES,
+    Read,
+    Values,
+    Vo2Mechanism,
+    coefficient,
+    heating_times,
+    shape,
+)
 from rtctl.simulations.vo2.phases import mixed_along, switched_along
 from rtctl.simulations.vo2.relaxation import behind
 
@@ -50,10 +58,10 @@ MECHANISM = Vo2Mechanism(
     "{onset} to {end}.",
     parameters=(
         coefficient("rate", "dimensionless", "of the change, a decade", 0.05, low=-0.5, high=2.0),
-        shape("onset", "s", "of the creep", 0.01, default=0.01, searched=True, low=1e-5, high=1e3,
+        shape("onset", "s", "of the creep", heating_times(5.0), default=0.01, searched=True, low=1e-5, high=1e3,
               shape_range=(0.03, 100.0)),
-        shape("end", "s", "of the creep", 1.0, default=10.0, searched=True, low=1e-5, high=1e4,
-              shape_range=(0.03, 10.0)),
+        shape("end", "s", "of the creep", lambda s: s.duration, default=10.0, searched=True, low=1e-5, high=1e4,
+              shape_range=(0.03, 3.0)),
         *PURE_PHASES,
     ),
     film=creeping,
