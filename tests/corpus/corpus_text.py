@@ -175,6 +175,8 @@ RATES = (
     Situation("a rate between tabs, without unit", text("Sample Rate\t1000\nChannels\t2\n\nForce (N)\tDisp (mm)\n" + table(U, X, separator="\t"), "r.txt"), Right(remark="taken in Hz", units={"drive": "N", "displacement": "mm"})),
     Situation("a rate behind an equals sign, in kHz", above("fs = 1 kHz"), RIGHT),
     Situation("an interval between commas, with its unit in a cell", above('"Sample Interval",1.0e-3,s\n"Model","TDS"'), RIGHT),
+    Situation("a period in a comment, and names between commas above numbers between blanks", text("% dt=0.001\n% u [V], x [mm]\n" + table(U, X, separator=" "), "r.dat"), Right(remark="taken in s")),
+    Situation("names between blanks with units in a comment, above the rate", text("% u [V] x [mm]\n% dt = 1 ms\n" + table(U, X, separator=" "), "r.dat"), RIGHT),
     Situation("a German rate", text("Abtastrate: 1000 Hz;\nAnregung [V];Weg [mm]\n" + table(U, X, separator=";", comma=True)), RIGHT),
     Situation("a German period with a decimal comma, its unit in the key", text("Abtastzeit [ms]: 1,0\nAnregung [V];Weg [mm]\n" + table(U, X, separator=";", comma=True)), RIGHT),
     Situation("a French rate in Latin-1", text("Fréquence d'échantillonnage : 1 kHz\nu [V];x [mm]\n" + table(U, X, separator=";", comma=True), encoding="latin-1"), RIGHT),

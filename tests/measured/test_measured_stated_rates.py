@@ -153,6 +153,32 @@ def test_the_line_is_counted_as_an_editor_does(tmp_path: Path, end: str) -> None
     assert stated.key == 'period by line 4 "# fs: 2000 Hz"'
 
 
+@pytest.mark.parametrize(
+    ("head", "names"),
+    [
+        ("# a [V], b [mm]\n", ["a [V]", "b [mm]"]),
+        ("# a [V]; b [mm]\n", ["a [V]", "b [mm]"]),
+        ("# a [V]\tb [mm]\n", ["a [V]", "b [mm]"]),
+        ("# a [V]  b [mm]\n", ["a [V]", "b [mm]"]),
+        ("# a, b\n# fs = 2 kHz\n", ["a", "b"]),
+        ("# 3, 4\n", ["column_1", "column_2"]),
+    ],
+)
+@pytest.mark.parametrize("separator", [" ", "\t", ",", ";"])
+def test_a_comment_names_columns_by_any_separator(
+    tmp_path: Path, head: str, names: list[str], separator: str
+) -> None:
+    path = tmp_path / "r.csv"
+    path.write_text(head + ROWS.replace(",", separator))
+    assert list(open_table(path).columns) == names
+
+
+def test_words_in_a_comment_are_no_names_of_columns_that_no_blanks_separate(tmp_path: Path) -> None:
+    path = tmp_path / "r.csv"
+    path.write_text(f"# dry sand\n{ROWS}")
+    assert list(open_table(path).columns) == ["column_1", "column_2"]
+
+
 def test_a_line_between_names_and_older_notes_is_their_border(tmp_path: Path) -> None:
     """`a` and `b` are units too: those of the line above, if the rate did not stand between."""
     path = tmp_path / "r.csv"

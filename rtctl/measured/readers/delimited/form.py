@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from rtctl.measured.readers.stated.preamble import states_rate
-from rtctl.measured.stated_unit import is_common, is_no_unit, readable
+from rtctl.measured.stated_unit import is_common, is_no_unit, readable, unit_in_name
 
 OPENING_LINES = 300
 NAMELESS = "column_"
@@ -201,11 +201,25 @@ def _bare(cell: str) -> str:
 
 
 def _comment_names(lines: Sequence[str], start: int, separator: str, columns: int) -> list[str] | None:
-    """Return the names in the comment right above the numbers, as numpy.savetxt writes them; None: it has none."""
+    """Return the names in the comment right above the numbers, as numpy.savetxt writes them; None: it has none.
+
+    They may stand between other separators than the numbers do.
+    """
     if not start or not lines[start - 1].startswith(_COMMENTS):
         return None
-    names = cells_of(lines[start - 1].lstrip("#% "), separator)
-    return names if len(names) == columns and not any(is_number(name) for name in names) else None
+    text = lines[start - 1].lstrip("#% ")
+    own = [separator] if separator != BLANKS else []  # between blanks, `a, b` is not `a,` and `b`
+    split = [cells_of(text, one) for one in (*own, *_SEPARATORS, separator)]
+    for names in (*split, _spaced_names(text)):
+        if len(names) == columns and not any(is_number(name) for name in names):
+            return names
+    return None
+
+
+def _spaced_names(text: str) -> list[str]:
+    """Return names between blanks with their units, such as `u [V] z [mm]`; [] where no unit tells them from words."""
+    names = re.split(r"\s+(?![\[(])", text.strip())
+    return names if any(unit_in_name(name) for name in names) else []
 
 
 def _has_decimal_comma(rows: list[list[str]], separator: str) -> bool:
