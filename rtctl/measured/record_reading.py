@@ -226,11 +226,15 @@ def stated_period(reading: Reading, entry: RecordTable) -> float:
     for column in reading.present(entry).values():
         stated = reading.cache.period_s(path, column)
         if rate is None and stated is not None:
-            rate = 1.0 / stated[0]
+            rate = 1.0 / stated.period_s
         elif rate is not None:
             check_stated_period(stated, column, rate, in_manifest=entry.sample_rate_hz is not None)
     if rate is None:
-        raise ValueError("no sample rate: add sample_rate_hz = <Hz>, or time = <column in seconds>")
+        doubt = reading.cache.table(path).preamble.doubt
+        raise ValueError(
+            f"no sample rate{f', as {doubt}' if doubt else ''}: add sample_rate_hz = <Hz>, or time = <column in "
+            "seconds>"
+        )
     return 1.0 / rate
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from corpus_case import RIGHT, ROWS, A, Right, Situation, T, U, X, refused, table, text
+from corpus_case import RIGHT, ROWS, A, Right, Situation, T, U, Write, X, refused, table, text
 
 HEAD = "t [s],u [V],x [mm]\n"
 BODY = table(T, U, X)
@@ -117,7 +117,7 @@ INSTRUMENTS = (
     Situation("Tektronix, new", text("Model,MSO44\nFirmware,1.2\n\nPoint Format,Y\nHorizontal Units,s\nSample Interval,1e-3\nRecord Length,600\n\n\nLabels,,\nTIME,CH1,CH2\n" + table(T - 0.3, U, X, form="{:.8E}")), IN_V, {"inputs": "CH1:V", "outputs": {"displacement": "CH2:V"}}),
     Situation("Tektronix, old: notes beside the numbers", text("".join(
         f"{(TEK_OLD_HEAD[k] if k < len(TEK_OLD_HEAD) and TEK_OLD_HEAD[k] else ',')},,{t:.6f},{x:.6f},\n" for k, (t, x) in enumerate(zip(T, X, strict=True)))), refused("r.csv")),
-    Situation("Rigol: rows are counted, the rate stands above", text("X,CH1,CH2,Start,Increment\nSequence,Volt,Volt,0.0,1.0e-3\n" + table(K.astype(float), U, X, last=",,")), refused("r.csv", "rate"), VOLTS),
+    Situation("Rigol: rows are counted, the rate stands above", text("X,CH1,CH2,Start,Increment\nSequence,Volt,Volt,0.0,1.0e-3\n" + table(K.astype(float), U, X, last=",,")), refused("r.csv", "Increment = 1.0e-3", "without its unit", "--sample-rate"), VOLTS),
     Situation("Rigol, with the rate", text("X,CH1,CH2,Start,Increment\nSequence,Volt,Volt,0.0,1.0e-3\n" + table(K.astype(float), U, X, last=",,")), IN_V, VOLTS | {"sample_rate_hz": 1000.0}),
     Situation("Siglent", text("Record Length,Analog:600\nSample Interval,0.001\nVertical Units,V\nVertical Scale,1.0\nHorizontal Units,s\nModel Number,SDS1104\nSource,CH1,CH2\nSecond,Volt,Volt\n" + table(T, U, X)), IN_V, {"inputs": "CH1", "outputs": {"displacement": "CH2"}}),
     Situation("PicoScope: units in brackets, ms and mV", text("Time,Channel A,Channel B\n(ms),(V),(mV)\n\n" + table(1e3 * T, U, 1e3 * X)), IN_V, {"inputs": "Channel A", "outputs": {"displacement": "Channel B"}}),
@@ -144,4 +144,69 @@ INSTRUMENTS = (
     Situation("inches", text("t [s],u [V],x [in]\n" + table(T, U, X / 25.4)), RIGHT),
     Situation("mil", text("t [s],u [V],x [mil]\n" + table(T, U, X / 0.0254)), RIGHT),
 )  # fmt: skip
-SITUATIONS = (*SPREADSHEETS, *NO_READING, *INSTRUMENTS)
+UX = table(U, X)
+NAMED = "u [V],x [mm]\n"
+UNTIMED = LVM.replace("X_Columns\tOne", "X_Columns\tNo") + table([""] * ROWS, U, X, separator="\t")
+HAND = """
+[dataset]
+name = "r"
+plant = "oscillator"
+[signals.drive]
+role = "input"
+column = "u [V]"
+unit = "V"
+[signals.displacement]
+role = "output"
+column = "x [mm]"
+unit = "mm"
+[[records]]
+file = "FILE"
+"""
+ASKED = ("r.csv", "--sample-rate")
+
+
+def above(line: str) -> Write:
+    """u and x without a time, and lines above them."""
+    return text(f"{line}\n{NAMED}{UX}")
+
+
+RATES = (
+    Situation("a rate in a comment", above("# Shaker test 12\n# Sampling rate: 1000 Hz\n# Operator: JD"), Right(remark='1000 Hz by line 2 "# Sampling rate: 1000 Hz"')),
+    Situation("a rate between tabs, without unit", text("Sample Rate\t1000\nChannels\t2\n\nForce (N)\tDisp (mm)\n" + table(U, X, separator="\t"), "r.txt"), Right(remark="taken in Hz", units={"drive": "N", "displacement": "mm"})),
+    Situation("a rate behind an equals sign, in kHz", above("fs = 1 kHz"), RIGHT),
+    Situation("an interval between commas, with its unit in a cell", above('"Sample Interval",1.0e-3,s\n"Model","TDS"'), RIGHT),
+    Situation("a period in a comment, and names between commas above numbers between blanks", text("% dt=0.001\n% u [V], x [mm]\n" + table(U, X, separator=" "), "r.dat"), Right(remark="taken in s")),
+    Situation("names between blanks with units in a comment, above the rate", text("% u [V] x [mm]\n% dt = 1 ms\n" + table(U, X, separator=" "), "r.dat"), RIGHT),
+    Situation("a German rate", text("Abtastrate: 1000 Hz;\nAnregung [V];Weg [mm]\n" + table(U, X, separator=";", comma=True)), RIGHT),
+    Situation("a German period with a decimal comma, its unit in the key", text("Abtastzeit [ms]: 1,0\nAnregung [V];Weg [mm]\n" + table(U, X, separator=";", comma=True)), RIGHT),
+    Situation("a French rate in Latin-1", text("Fréquence d'échantillonnage : 1 kHz\nu [V];x [mm]\n" + table(U, X, separator=";", comma=True), encoding="latin-1"), RIGHT),
+    Situation("a rate with its unit in the key", above("Sampling rate (kHz): 1"), RIGHT),
+    Situation("a rate in samples, behind a date", above("Date: 2026-11-21 10:00:00, Sampling rate: 1 kS/s; N = 600"), RIGHT),
+    Situation("a rate and nothing else", above("rate 1000"), RIGHT),
+    Situation("a period in us", above("Δt = 1000 µs"), RIGHT),
+    Situation("a rate for each column, the same", above("Sample Rate,1000,1000"), RIGHT),
+    Situation("rates of columns that differ", above("Sample Rate,1000,500"), refused(*ASKED, "line 1", "several rates")),
+    Situation("a rate between names and numbers", text(NAMED + "# fs = 1000 Hz\n" + UX), RIGHT),
+    Situation("a rate above numbers that no line names", text("Sample Rate,1000\n" + UX), RIGHT, {"inputs": "column_1:V", "outputs": {"displacement": "column_2:mm"}}),
+    Situation("a rate and a counter of samples", text("# fs = 1000 Hz\nn," + NAMED + table(K.astype(float), U, X)), RIGHT),
+    Situation("a rate and an interval that agree", above("fs = 1000 Hz\ndt = 1 ms"), RIGHT),
+    Situation("a rate and an interval that contradict each other", above("fs = 2000 Hz\nnote\ndt = 1 ms"), refused(*ASKED, 'line 1 "fs = 2000 Hz" (2000 Hz) and line 3 "dt = 1 ms" (1000 Hz) contradict')),
+    Situation("a rate and an interval that contradict each other, which the user settles", above("fs = 2000 Hz\ndt = 1 ms"), Right(remark="contradict each other"), {"sample_rate_hz": 1000.0}),
+    Situation("a rate that the time column contradicts, above it", text("# fs = 2000 Hz\n" + PLAIN), refused("r.csv", "line 1", "2000 Hz", "1000 Hz", "correct one")),
+    Situation("an interval that is rounded, and a time column", text("# dt = 0.49 ms\n" + HEAD + table(K / 2048.0, U, X, form="{:.9f}")), Right(rate_hz=2048.0)),
+    Situation("a rate that tells the unit of a time column", text("# fs = 1000 Hz\ntime,u [V],x [mm]\n" + table(1e3 * T, U, X)), RIGHT),
+    Situation("a rate that is not the user's", above("# fs = 1000 Hz"), refused("r.csv", "line 1", "1000 Hz", "500", "correct one"), {"sample_rate_hz": 500.0}),
+    Situation("a rate for a manifest without one", above("# fs = 1000 Hz"), RIGHT, {"manifest": HAND}),
+    Situation("a rate against that of a manifest", above("# fs = 1000 Hz"), refused("line 1", "1000 Hz", "sample_rate_hz = 500"), {"manifest": HAND + "sample_rate_hz = 500.0\n", "file": "manifest"}),
+    Situation("an interval without unit for a manifest without rate", above("interval: 500"), refused("line 1", "interval: 500", "add sample_rate_hz"), {"manifest": HAND, "file": "manifest"}),
+    Situation("an interval without unit", above("interval: 500"), refused(*ASKED, 'line 1 "interval: 500"', "without its unit")),
+    Situation("a long period without unit", above("dt = 1"), refused(*ASKED, "line 1", "no unit")),
+    Situation("a sampling time that may be the duration", above("Sampling time: 60 s"), refused(*ASKED, "line 1", "duration")),
+    Situation("a rate with thousands or decimals", above("Sample rate: 1,000 Hz"), refused(*ASKED, "line 1", "thousands")),
+    Situation("a German rate with thousands or decimals", text("Abtastrate: 1.000 Hz\nu [V];x [mm]\n" + table(U, X, separator=";", comma=True)), refused(*ASKED, "line 1", "thousands")),
+    Situation("a rate in words", above("Sample rate: as usual"), refused(*ASKED, "line 1", "no rate that can be read")),
+    Situation("a rate in a unit of time", above("Sample rate: 1 ms"), refused(*ASKED, "line 1", "no rate that can be read")),
+    Situation("numbers that are no rates", above("Samples per channel: 600\nSample count: 600\nBaud rate: 9600\nHeart rate: 70\nSampling time: 10:00:00\nFS: 10 V\nDate: 2026-11-21"), refused(*ASKED, "states no rate that can be read")),
+    Situation("LabVIEW .lvm without times", text(UNTIMED, "r.lvm"), Right(remark="Delta_X"), {"inputs": "u:V", "outputs": {"displacement": "x:mm"}}),
+)  # fmt: skip
+SITUATIONS = (*SPREADSHEETS, *NO_READING, *INSTRUMENTS, *RATES)

@@ -296,8 +296,25 @@ def test_a_rate_beside_a_time_tells_its_unit(tmp_path: Path) -> None:
         check(found, PLAIN)
         assert found.proposal.time.unit == unit
     np.savez(tmp_path / "r.npz", fs=500.0, t=M.t, **{"u [V]": M.u, "x [mm]": M.x})
-    with pytest.raises(rtctl.InputError, match="a variable of the file gives 500 Hz"):
+    with pytest.raises(rtctl.InputError, match='variable "fs" of the file gives 500 Hz'):
         guessed(tmp_path / "r.npz", force=True)
+
+
+def test_each_file_has_the_rate_that_its_own_line_states(tmp_path: Path) -> None:
+    for name, line in (
+        ("a", "# fs = 1000 Hz"),
+        ("b", "# fs = 500 Hz"),
+        ("c", "# fs = 2,000 Hz"),
+        ("d", "# none"),
+    ):
+        write_text(tmp_path / f"{name}.csv", f"{line}\nu [V],x [mm]\n", M.u, M.x)
+    found = rtctl.init([tmp_path / "a.csv", tmp_path / "b.csv"], plot=False)
+    assert [1.0 / one.period_s for one in found.dataset.records] == [1000.0, 500.0]
+    assert found.path.read_text().count("sample_rate_hz") == 2
+    for other, words in (("c", 'in c.csv line 1 "# fs = 2,000 Hz"'), ("d", "d.csv states no rate")):
+        with pytest.raises(rtctl.InputError, match=words) as caught:
+            rtctl.init([tmp_path / "a.csv", tmp_path / f"{other}.csv"], plot=False, force=True)
+        assert 'line 1 "# fs = 1000 Hz" of a.csv gives 1000 Hz' in str(caught.value)
 
 
 def test_rows_without_numbers_are_left_out(tmp_path: Path) -> None:

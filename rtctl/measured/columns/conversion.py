@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import nearest
+from rtctl.measured.columns.time_axis import StatedPeriod
 from rtctl.measured.readers import Header, Table, open_table
 from rtctl.measured.readers.groups import missing_name, names_within
 from rtctl.measured.readers.table import Column, length
@@ -113,10 +114,14 @@ class TableCache:
             return numbers(table.load(name, first, end), name, first)
         return whole if end - first == len(whole) else whole[first:end].copy()  # not to keep all of it alive
 
-    def period_s(self, path: Path, name: str) -> tuple[float, str] | None:
-        """Return the sample period [s] that the file states for a column, and under which key, if it does."""
-        header = self.header(path, name)
-        return None if header.period_s is None else (header.period_s, header.period_key)
+    def period_s(self, path: Path, name: str) -> StatedPeriod | None:
+        """Return the sample period [s] that the file states for a column, and where, if it does."""
+        header, preamble = self.header(path, name), self.table(path).preamble
+        if header.period_s is not None:
+            return StatedPeriod(header.period_s, header.period_key)
+        if preamble.period_s is not None:
+            return StatedPeriod(preamble.period_s, f"period by {preamble.source}", preamble.rounding)
+        return None
 
     def stated_unit(self, path: Path, name: str) -> str | None:
         """Return the unit that the file states for a column, in its attributes or in brackets behind its name."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,6 +18,16 @@ _SHOWN = 4
 
 LONGEST_GAP = 5.0
 """Longest interval that resampling bridges, in usual ones: over more, a straight line is no measurement."""
+
+
+class StatedPeriod(NamedTuple):
+    """The sample period that a file states."""
+
+    period_s: float
+    key: str
+    """Under which key, or in which line."""
+    rounding: float = 0.0
+    """Relative size of the last digit with which it is written, where that matters."""
 
 
 def uniform_period(time_s: FloatArray, name: str, first_row: int, resolution_s: float = 0.0) -> float:
@@ -48,19 +59,20 @@ def _is_line(time_s: FloatArray, period_s: float, within_s: float) -> bool:
 
 
 def check_stated_period(
-    stated: tuple[float, str] | None, name: str, sample_rate_hz: float, *, in_manifest: bool = True
+    stated: StatedPeriod | None, name: str, sample_rate_hz: float, *, in_manifest: bool = True
 ) -> None:
     """Raise ValueError where a file states another period [s] (under a key) than the manifest's or another column's."""
     if stated is None:
         return
-    period_s, key = stated
+    period_s, key, rounding = stated
     other, end = (
         ("the manifest sample_rate_hz = ", "") if in_manifest else ("another column goes on at ", " Hz")
     )
-    if not abs(period_s * sample_rate_hz - 1.0) <= TOLERANCE:
+    allowed = TOLERANCE + rounding
+    if not abs(period_s * sample_rate_hz - 1.0) <= allowed:
         raise ValueError(
             f'the file states {1.0 / period_s:.6g} Hz for column "{name}" ({key} = {period_s:.6g} s), {other}'
-            f"{sample_rate_hz:.6g}{end} (allowed difference {100 * TOLERANCE:g} %); correct one"
+            f"{sample_rate_hz:.6g}{end} (allowed difference {100 * allowed:.3g} %); correct one"
         )
 
 

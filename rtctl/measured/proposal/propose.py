@@ -15,7 +15,7 @@ from rtctl.measured.manifest.signal_kinds import measured_kinds
 from rtctl.measured.proposal.candidates import SINGLE, Candidate, find_candidates
 from rtctl.measured.proposal.given import Given, check_plant, given_signals
 from rtctl.measured.proposal.instants.stamps import judge_stamps
-from rtctl.measured.proposal.instants.time_base import find_time, homes_of, variable_rate_hz
+from rtctl.measured.proposal.instants.time_base import find_time, homes_of, told_rate_hz
 from rtctl.measured.proposal.naming.column_names import STRONG
 from rtctl.measured.proposal.naming.column_units import (
     MOTIONS,
@@ -302,8 +302,7 @@ def _records(
     if rounded:
         rounded = f'"{time.column}": {rounded}'
     rates = [
-        one.rate_hz if rounded else variable_rate_hz(survey)
-        for one, survey in zip(stamps, surveys, strict=True)
+        one.rate_hz if rounded else told_rate_hz(survey) for one, survey in zip(stamps, surveys, strict=True)
     ]
     drive = next((one.column for one in signals if one.role == "input"), None)
     steps = [plant == "vo2" and drive is not None and _is_staircase(survey, drive) for survey in surveys]

@@ -15,6 +15,7 @@ from rtctl.border.errors import InputError
 from rtctl.measured.columns.conversion import TableCache, numbers
 from rtctl.measured.readers import READERS, suffix_of
 from rtctl.measured.readers.groups import TOP, Place
+from rtctl.measured.readers.stated.preamble import NOTHING, Preamble
 from rtctl.measured.readers.table import Table
 
 _SHOWN = 8
@@ -62,6 +63,8 @@ class Survey:
     columns: Mapping[str, Column]
     """Columns by their names in the file, or in the group."""
     remarks: tuple[str, ...] = ()
+    preamble: Preamble = NOTHING
+    """What a text file states of its sample rate above its columns."""
     group: str | None = None
     """Group that it is; None: the whole file."""
 
@@ -114,7 +117,7 @@ def _survey(path: Path) -> Survey:
     cache = TableCache([path])
     table = cache.table(path)
     columns = {name: _column(cache, path, table, name) for name in table.columns}
-    survey = Survey(path=path, columns=columns, remarks=table.remarks)
+    survey = Survey(path=path, columns=columns, remarks=table.remarks, preamble=table.preamble)
     _check_usable(survey)
     return survey
 

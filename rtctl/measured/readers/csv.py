@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from bisect import bisect_right
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,15 +13,18 @@ import pyarrow as pa
 import pyarrow.csv
 
 from rtctl.measured.readers.delimited.ending import find_ending
-from rtctl.measured.readers.delimited.form import BLANKS, OPENING_LINES, Form, find_form
+from rtctl.measured.readers.delimited.form import BLANKS, OPENING_LINES, Form, find_form, is_number
 from rtctl.measured.readers.delimited.text import BLOCK_BYTES, Text, index_lines, open_text
+from rtctl.measured.readers.stated.preamble import NumberedLine, read_preamble
 from rtctl.measured.readers.table import Column, Header, Table, arrow_slice
 
 
 def read(path: Path) -> Table:
     """Return the columns; lines before the header that start with # are skipped. Raises ValueError in words."""
     text = open_text(path)
-    form = find_form(text.opening(OPENING_LINES))
+    opening = text.opening(OPENING_LINES)
+    form = find_form([line.text for line in opening])
+    preamble = read_preamble(_above(opening, form), form.decimal)
     if form.separator == BLANKS:
         text, form = text.with_tabs(), form._replace(separator="\t")
     lines = index_lines(text, form.head)
@@ -56,7 +59,15 @@ def read(path: Path) -> Table:
                     raise ValueError(_about_cells(str(error), form)) from None
         raise ValueError(f'column "{name}" is neither numbers nor text in UTF-8')
 
-    return Table(columns=_headers(form, rows), load=load, remarks=(ending.remark,) * bool(ending.remark))
+    remarks = tuple(one for one in (ending.remark, preamble.doubt) if one)
+    return Table(columns=_headers(form, rows), load=load, remarks=remarks, preamble=preamble)
+
+
+def _above(opening: Sequence[NumberedLine], form: Form) -> list[NumberedLine]:
+    """Return the lines above the numbers, and numbers below names as lines: `Increment` above 1e-3."""
+    lines = opening[: form.head]
+    below = [(name, cell) for name, cell in zip(form.names, form.units, strict=False) if is_number(cell)]
+    return [*lines, *(lines[-1]._replace(text=f"{name} = {cell}") for name, cell in below)]
 
 
 def _about_cells(error: str, form: Form) -> str:

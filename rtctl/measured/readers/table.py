@@ -21,6 +21,7 @@ from rtctl.measured.readers.stated.attributes import (
     unapplied,
     unpack,
 )
+from rtctl.measured.readers.stated.preamble import NOTHING, Preamble
 from rtctl.measured.readers.stated.rate import stated_period
 
 Column = NDArray[Any]
@@ -60,6 +61,8 @@ class Table:
     """Whether single rows are cheap to read; if not, the whole column is read (or skipped over) for any of them."""
     remarks: tuple[str, ...] = ()
     """What a user must know of a file that can be read."""
+    preamble: Preamble = NOTHING
+    """What a text file states of its sample rate above its columns."""
     places: Mapping[str, Place] = field(default_factory=dict)
     """Place of each column in the groups of the file; columns without one are at the top."""
 

@@ -52,6 +52,16 @@ class Time(NamedTuple):
     unsure: tuple[str, ...] = ()
 
 
+class ToldRate(NamedTuple):
+    """A rate that a file tells apart from its columns."""
+
+    source: str
+    """What tells it: a variable, or a line of text."""
+    rate_hz: float
+    unit: str
+    """Unit in which its number is taken; "": it is written there."""
+
+
 def find_time(surveys: Sequence[Survey], answers: Answers, homes: Homes = frozenset()) -> Time:
     """Return what tells the time. Raises InputError where the user's word contradicts the files.
 
@@ -68,10 +78,10 @@ def find_time(surveys: Sequence[Survey], answers: Answers, homes: Homes = frozen
     columns = surveys[0].columns
     if answers.time not in (None, NONE):
         name, unit = column_and_unit(str(answers.time), columns, "--time")
-        return _of_column(columns[name], unit, "you said so", variable_rate_hz(surveys[0], homes))
+        return _of_column(columns[name], unit, "you said so", _told_rate(_without_others(surveys[0], homes)))
     near = [_without_others(survey, homes) for survey in surveys]
     if answers.time is None and (found := _time_column(near[0])) is not None:
-        return _of_column(found[0], "", found[1], variable_rate_hz(near[0]))
+        return _of_column(found[0], "", found[1], _told_rate(near[0]))
     told = _of_files(near)
     return _of_others(surveys[0], answers, told, homes) if told.opens and homes else told
 
@@ -85,9 +95,9 @@ def _check_rate(survey: Survey, rate_hz: float, homes: Homes) -> None:
     remedy = "leave out --sample-rate, or say --time - to pass over it"
     if found is None:
         told = _rate_variable(near)
-        if told is not None and abs(told[1] / rate_hz - 1.0) > AGREES:
+        if told is not None and abs(told.rate_hz / rate_hz - 1.0) > AGREES:
             raise InputError(
-                f'--sample-rate {rate_hz:g}: the variable "{told[0]}" of {survey.path} gives {told[1]:.6g} Hz; {remedy}'
+                f"--sample-rate {rate_hz:g}: {told.source} of {survey.path} gives {told.rate_hz:.6g} Hz; {remedy}"
             )
         return
     column = found[0]
@@ -222,8 +232,8 @@ def _increases(column: Column, rows: int) -> bool:
         return False
 
 
-def _of_column(column: Column, given_unit: str, why: str, rate_hz: float | None) -> Time:
-    """Return the time of a column, with its unit or a question about it; `rate_hz`: a variable of the file tells it."""
+def _of_column(column: Column, given_unit: str, why: str, told: ToldRate | None) -> Time:
+    """Return the time of a column, with its unit or a question about it, which a rate in the file may settle."""
     if column.values is None:
         return Time(TimeGuess(column=column.name, why=f"{why}; dates"))
     if given_unit:
@@ -231,10 +241,10 @@ def _of_column(column: Column, given_unit: str, why: str, rate_hz: float | None)
     unit = read_column(column).unit
     if unit.text and quantity_of(unit.text) == "time":
         return Time(TimeGuess(column=column.name, unit=unit.text, why=f"{why}; {unit.source}"))
-    return _of_unknown_unit(column, why, rate_hz)
+    return _of_unknown_unit(column, why, told)
 
 
-def _of_unknown_unit(column: Column, why: str, rate_hz: float | None) -> Time:
+def _of_unknown_unit(column: Column, why: str, told: ToldRate | None) -> Time:
     assert column.values is not None
     size = float(np.nanmax(np.abs(column.values)))
     for low, high, epoch in _EPOCHS:
@@ -243,9 +253,9 @@ def _of_unknown_unit(column: Column, why: str, rate_hz: float | None) -> Time:
             return Time(guess, unsure=(f'time: "{column.name}" counts {epoch} since 1970, by its size',))
     step = float(np.median(np.diff(column.values)))
     for unit, size in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6)):
-        if rate_hz is not None and abs(step * size * rate_hz - 1.0) < AGREES:
-            told = f"{why}; a variable of the file gives {rate_hz:.6g} Hz, which makes it {unit}"
-            return Time(TimeGuess(column=column.name, unit=unit, why=told))
+        if told is not None and abs(step * size * told.rate_hz - 1.0) < AGREES:
+            because = f"{why}; {told.source} of the file gives {told.rate_hz:.6g} Hz, which makes it {unit}"
+            return Time(TimeGuess(column=column.name, unit=unit, why=because))
     for low, high, program in _DAYS:
         if low <= float(np.nanmax(np.abs(column.values))) < high and step < _FINEST_S:
             text = (
@@ -259,12 +269,12 @@ def _of_unknown_unit(column: Column, why: str, rate_hz: float | None) -> Time:
     guess = TimeGuess(
         column=column.name, unit="s", why=f"{why}; nobody states its unit, seconds give {1 / step:.6g} Hz"
     )
-    if 1e-7 < step <= FINEST_DOUBT_S and rate_hz is None:
+    if 1e-7 < step <= FINEST_DOUBT_S and told is None:
         hint = f"{1.0 / step:.6g} Hz over {step * (column.rows - 1):.6g} s"
         return Time(
             guess, unsure=(f'time: nobody states the unit of "{column.name}"; in seconds it gives {hint}',)
         )
-    contradicted = "" if rate_hz is None else f" (a variable of the file gives {rate_hz:.6g} Hz)"
+    contradicted = "" if told is None else f" ({told.source} of the file gives {told.rate_hz:.6g} Hz)"
     text = (
         f'nobody states the unit of the time column "{column.name}", which goes on by {step:.6g}: in seconds that is '
         f"{1.0 / step:.6g} Hz, in ms {1e3 / step:.6g} Hz{contradicted}"
@@ -296,10 +306,10 @@ def _of_files(surveys: Sequence[Survey]) -> Time:
                 guess, unsure=(f"rate: the file states {key} = 1 s, as programs do where nobody set it",)
             )
         return Time(guess)
-    rates = [_rate_variable(survey) for survey in surveys]
+    rates = [_told_rate(survey) for survey in surveys]
     if all(rates):
-        return _of_variables([one for one in rates if one])
-    text = "the sample rate is not known: no column looks like a time, and the file states no rate"
+        return _of_told([one for one in rates if one])
+    text = f"the sample rate is not known: no column looks like a time, and {_without_rate(surveys, rates)}"
     spectra = [
         name for name in time_candidates(surveys[0]) if _is_rate_unit(_unit_text(surveys[0].columns[name]))
     ]
@@ -310,23 +320,45 @@ def _of_files(surveys: Sequence[Survey]) -> Time:
     )
 
 
-def _of_variables(rates: Sequence[tuple[str, float, str]]) -> Time:
-    """Return the rate of a variable such as `fs`; files of different rates have it each."""
-    name, rate_hz, unit = rates[0]
-    equal = all(abs(one[1] / rate_hz - 1.0) < 1e-6 for one in rates)
-    why = f'the variable "{name}" of the file, in {unit}'
-    unsure = (f'rate: {rate_hz:.6g} Hz by the variable "{name}" of the file, taken in {unit}',)
+def _without_rate(surveys: Sequence[Survey], rates: Sequence[ToldRate | None]) -> str:
+    """Return what the first file without a rate states in place of one, and what another file states."""
+    survey = surveys[rates.index(None)]
+    doubt = survey.preamble.doubt
+    if len(surveys) == 1:
+        return doubt or "the file states no rate that can be read"
+    text = (
+        f"in {survey.path.name} {doubt}" if doubt else f"{survey.path.name} states no rate that can be read"
+    )
+    others = [(one, other.path.name) for one, other in zip(rates, surveys, strict=True) if one is not None]
+    return text + "".join(f" ({one.source} of {name} gives {one.rate_hz:.6g} Hz)" for one, name in others[:1])
+
+
+def _of_told(rates: Sequence[ToldRate]) -> Time:
+    """Return the rate of a variable such as `fs`, or of a line; files of different rates have it each."""
+    source, rate_hz, unit = rates[0]
+    equal = all(abs(one.rate_hz / rate_hz - 1.0) < 1e-6 for one in rates)
+    where = "file" if equal else "first file, the others state theirs"
+    why = f"{source} of the {where}{f', taken in {unit}' if unit else ''}"
+    unsure = (f"rate: {rate_hz:.6g} Hz by {why}",)
     return Time(TimeGuess(rate_hz=rate_hz if equal else None, why=why), unsure=unsure)
 
 
-def variable_rate_hz(survey: Survey, homes: Homes = frozenset()) -> float | None:
-    """Return the rate [Hz] that a variable of the file tells, beside or above `homes`; None: none does."""
-    found = _rate_variable(_without_others(survey, homes))
-    return None if found is None else found[1]
+def told_rate_hz(survey: Survey) -> float | None:
+    """Return the rate [Hz] that a variable or a line of the file tells; None: none does."""
+    found = _told_rate(survey)
+    return None if found is None else found.rate_hz
 
 
-def _rate_variable(survey: Survey) -> tuple[str, float, str] | None:
-    """Return name, rate [Hz] and unit of a single number that is called as a rate or a period is."""
+def _told_rate(survey: Survey) -> ToldRate | None:
+    """Return the rate of a line above the columns, else of a variable."""
+    lines = survey.preamble
+    if lines.period_s is None:
+        return _rate_variable(survey)
+    return ToldRate(lines.source, float(f"{1.0 / lines.period_s:.12g}"), lines.taken_in)
+
+
+def _rate_variable(survey: Survey) -> ToldRate | None:
+    """Return the rate of a single number that is called as a rate or a period is."""
     for name, column in survey.columns.items():
         if column.values is None or column.rows != 1 or not column.values[0] > 0.0:
             continue
@@ -334,10 +366,10 @@ def _rate_variable(survey: Survey) -> tuple[str, float, str] | None:
         value = float(column.values[0])
         if reading.votes.get("rate") or (reading.votes.get("none") and _is_rate_unit(reading.unit.text)):
             unit = reading.unit.text or "Hz"
-            return name, _converted(value, unit, "Hz"), unit
+            return ToldRate(f'the variable "{name}"', _converted(value, unit, "Hz"), unit)
         if reading.votes.get("period"):
             unit = reading.unit.text or "s"
-            return name, 1.0 / _converted(value, unit, "s"), unit
+            return ToldRate(f'the variable "{name}"', 1.0 / _converted(value, unit, "s"), unit)
     return None
 
 

@@ -12,7 +12,8 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from rtctl.measured.stated_unit import is_common, is_no_unit, readable
+from rtctl.measured.readers.stated.preamble import states_rate
+from rtctl.measured.stated_unit import is_common, is_no_unit, readable, unit_in_name
 
 OPENING_LINES = 300
 NAMELESS = "column_"
@@ -61,7 +62,21 @@ class _Layout(NamedTuple):
 
 
 def find_form(lines: Sequence[str]) -> Form:
-    """Return the form of a file by its opening lines, none of them blank. Raises ValueError in words."""
+    """Return the form of a file by its opening lines, none of them blank. Raises ValueError in words.
+
+    A line that states the sample rate is no row of names, units or numbers, wherever above the numbers it stands.
+    """
+    apart = [k for k, line in enumerate(lines) if states_rate(line)]
+    borders = [k - before for before, k in enumerate(apart)]
+    form = _find_form([line for k, line in enumerate(lines) if k not in apart], borders)
+    head = form.head
+    for k in apart:
+        head += k <= head
+    return form._replace(head=head)
+
+
+def _find_form(lines: Sequence[str], borders: Sequence[int]) -> Form:
+    """Return the form of lines; names and units do not stand on two sides of a border."""
     start, separators = 0, _SEPARATORS
     if lines and (told := _SEP_LINE.match(lines[0])):
         start, separators = 1, (str(told[1]),)
@@ -69,10 +84,10 @@ def find_form(lines: Sequence[str]) -> Form:
         start += 1
     if start >= len(lines):
         raise ValueError("the header line is empty; the first line must name the columns")
-    forms = [form for one in separators if (form := _form_by(lines, start, one)) is not None]
+    forms = [form for one in separators if (form := _form_by(lines, start, one, borders)) is not None]
     if forms:
         return max(forms, key=lambda form: len(form.names))
-    spaced = _form_by(lines, start, BLANKS) if len(separators) > 1 else None
+    spaced = _form_by(lines, start, BLANKS, borders) if len(separators) > 1 else None
     return spaced or _plain_form(lines, start, separators)
 
 
@@ -92,7 +107,7 @@ def is_number(text: str) -> bool:
     return _NUMBER.fullmatch(text) is not None
 
 
-def _form_by(lines: Sequence[str], start: int, separator: str) -> Form | None:
+def _form_by(lines: Sequence[str], start: int, separator: str, borders: Sequence[int]) -> Form | None:
     """Return the form with this separator; None: the lines do not agree with it."""
     layout = _lay_out(lines, start, separator)
     if layout is None:
@@ -100,6 +115,8 @@ def _form_by(lines: Sequence[str], start: int, separator: str) -> Form | None:
     rows, columns, first, _ = layout
     top = first
     while top > start and not layout.has_numbers(rows[top - 1]) and _fits(rows[top - 1], layout):
+        if top in borders and top < first:
+            break
         top -= 1
     if top == first - 1 > start and len(rows[top - 1]) == columns and layout.has_units(rows[top]):
         top -= 1  # names that are numbers, above their units
@@ -184,11 +201,25 @@ def _bare(cell: str) -> str:
 
 
 def _comment_names(lines: Sequence[str], start: int, separator: str, columns: int) -> list[str] | None:
-    """Return the names in the comment right above the numbers, as numpy.savetxt writes them; None: it has none."""
+    """Return the names in the comment right above the numbers, as numpy.savetxt writes them; None: it has none.
+
+    They may stand between other separators than the numbers do.
+    """
     if not start or not lines[start - 1].startswith(_COMMENTS):
         return None
-    names = cells_of(lines[start - 1].lstrip("#% "), separator)
-    return names if len(names) == columns and not any(is_number(name) for name in names) else None
+    text = lines[start - 1].lstrip("#% ")
+    own = [separator] if separator != BLANKS else []  # between blanks, `a, b` is not `a,` and `b`
+    split = [cells_of(text, one) for one in (*own, *_SEPARATORS, separator)]
+    for names in (*split, _spaced_names(text)):
+        if len(names) == columns and not any(is_number(name) for name in names):
+            return names
+    return None
+
+
+def _spaced_names(text: str) -> list[str]:
+    """Return names between blanks with their units, such as `u [V] z [mm]`; [] where no unit tells them from words."""
+    names = re.split(r"\s+(?![\[(])", text.strip())
+    return names if any(unit_in_name(name) for name in names) else []
 
 
 def _has_decimal_comma(rows: list[list[str]], separator: str) -> bool:

@@ -16,6 +16,8 @@ from typing import IO, NamedTuple
 import numpy as np
 import pyarrow as pa
 
+from rtctl.measured.readers.stated.preamble import NumberedLine
+
 BLOCK_BYTES = 1 << 18
 LARGEST_COPY = 1 << 30
 """Bytes of a copy in memory; larger files have to be plain ones."""
@@ -90,15 +92,17 @@ class Text:
         text = b"\n".join(lines)
         return Text(self.path, text + b"\n" if self.whole()[-1:] in (b"\n", b"\r") else text)
 
-    def opening(self, lines: int) -> list[str]:
+    def opening(self, lines: int) -> list[NumberedLine]:
         """Return the first lines that are not blank, without their ends."""
-        found: list[str] = []
+        found: list[NumberedLine] = []
+        count = 0
         with self.opened() as file:
             while len(found) < lines and (raw := file.readline(BLOCK_BYTES)):
-                parts = (_decoded(part) for part in raw.splitlines())  # ends may be CR only
-                found += [part for part in parts if part.strip()]
+                parts = [_decoded(part) for part in raw.splitlines()]  # ends may be CR only
+                found += [NumberedLine(k, part) for k, part in enumerate(parts, count + 1) if part.strip()]
+                count += len(parts)
         if found:
-            found[0] = found[0].removeprefix("\ufeff")
+            found[0] = found[0]._replace(text=found[0].text.removeprefix("\ufeff"))
         return found[:lines]
 
     def lines_until(self, head: int) -> int:

@@ -7,8 +7,9 @@ text may have the unit too: "2.5 kHz".
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,19 +17,35 @@ from rtctl.measured.readers.stated.attributes import numbers_of, text_of
 
 _RATES = (
     "samplerate", "samplingrate", "samplefrequency", "samplingfrequency", "samplefreq", "samplingfreq", "abtastrate",
-    "abtastfrequenz", "scanrate", "fsamp", "fs",
+    "abtastfrequenz", "scanrate", "fsamp", "fs", "samplespersecond", "acquisitionrate", "messrate",
+    "frequencedechantillonnage", "frecuenciademuestreo", "frequenzadicampionamento",
 )  # fmt: skip
 _PERIODS = (
     "sampletime", "sampleperiod", "sampleinterval", "samplingtime", "samplingperiod", "samplinginterval", "abtastzeit",
-    "deltat", "dt",
+    "abtastintervall", "deltat", "δt", "dt", "periodedechantillonnage", "periododemuestreo",
+    "periododicampionamento",
 )  # fmt: skip
-"""Keys of a rate and of a period, without signs and blanks; a unit may follow."""
+"""Keys of a rate and of a period, without signs, blanks and accents; a unit may follow."""
 _FACTORS: dict[str, tuple[float, bool] | None] = {
-    "": None, "hz": (1.0, True), "khz": (1e3, True), "mhz": (1e6, True), "sps": (1.0, True), "ss": (1.0, True),
-    "s": (1.0, False), "sec": (1.0, False), "seconds": (1.0, False), "ms": (1e-3, False), "us": (1e-6, False),
-    "ns": (1e-9, False),
+    "": None, "hz": (1.0, True), "khz": (1e3, True), "mhz": (1e6, True), "millihz": (1e-3, True), "hertz": (1.0, True),
+    "sps": (1.0, True), "ksps": (1e3, True), "ss": (1.0, True), "kss": (1e3, True), "mss": (1e6, True),
+    "sas": (1.0, True), "ksas": (1e3, True), "msas": (1e6, True), "1s": (1.0, True), "sampless": (1.0, True),
+    "samplessec": (1.0, True), "samplespersecond": (1.0, True),
+    "s": (1.0, False), "sec": (1.0, False), "second": (1.0, False), "seconds": (1.0, False), "sekunden": (1.0, False),
+    "ms": (1e-3, False), "msec": (1e-3, False), "us": (1e-6, False), "usec": (1e-6, False), "ns": (1e-9, False),
+    "min": (60.0, False), "h": (3600.0, False),
 }  # fmt: skip
 """Units with their size in Hz or s, and whether they are of a rate; "" is Hz or s."""
+_BRACKETS = re.compile(r"(.*\S)\s*[\[(]([^\[\]()]*)[\])]\W*")
+
+
+class RateKey(NamedTuple):
+    """A key that names a sample rate or a sample period."""
+
+    base: str
+    unit: str
+    """Unit that it ends with, as in `_FACTORS`; "": none."""
+    is_rate: bool
 
 
 def stated_period(*levels: Mapping[str, Any]) -> tuple[float, str] | None:
@@ -39,36 +56,59 @@ def stated_period(*levels: Mapping[str, Any]) -> tuple[float, str] | None:
     """
     for attributes in levels:
         for key, value in attributes.items():
-            name = re.sub(r"[\W_]+", "", key.lower())
-            base = next(
-                (
-                    one
-                    for one in (*_RATES, *_PERIODS)
-                    if name.startswith(one) and name[len(one) :] in _FACTORS
-                ),
-                None,
-            )
-            period_s = None if base is None else _period_s(base, name[len(base) :], value)
+            named = rate_key(key)
+            period_s = None if named is None else _period_s(named, value)
             if period_s is not None:
                 return period_s, f'period by "{key}"'
     return None
 
 
-def _period_s(base: str, unit: str, value: Any) -> float | None:
+def rate_key(key: str, rates: tuple[str, ...] = (), periods: tuple[str, ...] = ()) -> RateKey | None:
+    """Return what a key names; None: no rate and no period. `rates` and `periods` are further words for them."""
+    found = _BRACKETS.fullmatch(key)  # apart from the name: `t [s]` is not `ts`
+    name, unit = _plain(found[1] if found else key), _plain(found[2]) if found else ""
+    for base in (*_RATES, *_PERIODS, *rates, *periods):
+        end = name[len(base) :].removeprefix("in")
+        if name.startswith(base) and end in _FACTORS and unit in _FACTORS:
+            return RateKey(base, unit or end, base in _RATES or base in rates)
+    return None
+
+
+def may_have_key(text: str, more: tuple[str, ...]) -> bool:
+    """Return whether a text has a word for a rate or a period, also one of `more`, anywhere."""
+    plain = _plain(text)
+    return any(base in plain for base in (*_RATES, *_PERIODS, *more))
+
+
+def is_rate_unit(text: str) -> bool:
+    """Return whether a text is a unit of rates or of periods."""
+    return _FACTORS.get(_plain(text)) is not None
+
+
+def period_of(key: RateKey, number: float, unit: str) -> float | None:
+    """Return the period [s] of a number in its unit, or in that of its key where it has none; None: it is none."""
+    unit = _plain(unit) or key.unit
+    if not 0.0 < number < np.inf or unit not in _FACTORS:
+        return None
+    factor = _FACTORS[unit] or (1.0, key.is_rate)
+    if factor[1] != key.is_rate:
+        return None
+    size = number * factor[0]
+    return 1.0 / size if key.is_rate else size
+
+
+def _plain(text: str) -> str:
+    """Return a text in lower case without signs, blanks and accents; mHz is not MHz."""
+    text = text.replace("mHz", "millihz").replace("µ", "u").replace("μ", "u")
+    text = "".join(one for one in unicodedata.normalize("NFD", text) if not unicodedata.combining(one))
+    return re.sub(r"[\W_]+", "", text.lower())
+
+
+def _period_s(key: RateKey, value: Any) -> float | None:
     """Return the period [s] of a rate or a period; None where the value is no such number, or of another unit."""
     told = re.fullmatch(r"([\d.,eE+-]+)\s*([A-Za-zµμ/]*)", text_of(value)) if text_of(value) else None
     try:
         numbers = numbers_of(told[1].replace(",", ".") if told else value)
     except (ValueError, TypeError):
         return None
-    unit = (
-        re.sub(r"\W+", "", told[2].lower().replace("µ", "u").replace("μ", "u")) if told and told[2] else unit
-    )
-    if len(numbers) != 1 or not 0.0 < numbers[0] < np.inf or unit not in _FACTORS:
-        return None
-    is_rate = base in _RATES
-    factor = _FACTORS[unit] or (1.0, is_rate)
-    if factor[1] != is_rate:
-        return None
-    size = float(numbers[0]) * factor[0]
-    return 1.0 / size if is_rate else size
+    return period_of(key, float(numbers[0]), told[2] if told else "") if len(numbers) == 1 else None
