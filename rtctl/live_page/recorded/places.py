@@ -43,10 +43,15 @@ class Place(NamedTuple):
 
 def places_in(folder: Path) -> list[Place]:
     """Return the runs and records in `folder` and two levels below it, by name."""
+    return [place for one in folders_in(folder) for place in _places_of(one, folder)]
+
+
+def folders_in(folder: Path) -> list[Path]:
+    """Return `folder` and those two levels below it, by name."""
     folders = [folder]
     for one in _below(folder):
         folders += [one, *_below(one)]
-    return [place for one in folders for place in _places_of(one, folder)]
+    return folders
 
 
 def newest_of(places: list[Place]) -> Place | None:

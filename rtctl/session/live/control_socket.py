@@ -70,6 +70,21 @@ def listening(folder: Path, changes: ParameterChannel) -> Iterator[None]:
                 folder.rmdir()
 
 
+def is_listened_to(folder: Path) -> bool | None:
+    """Return whether a run takes changes in `folder`; None: there is no socket. That of a killed run stays behind."""
+    path = folder / NAME
+    if not path.is_socket():
+        return None
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as client:
+        try:
+            client.connect(_shorter(path))
+        except ConnectionRefusedError:
+            return False
+        except OSError:  # it has just gone, or is another user's
+            return None
+    return True
+
+
 def read_change(folder: Path, text: str) -> Change:
     """Read a change as a person writes it, `setpoint=30 um`, in the units of the run in `folder`.
 
