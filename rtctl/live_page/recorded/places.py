@@ -55,7 +55,10 @@ def folders_in(folder: Path) -> list[Path]:
 
 
 def newest_of(places: list[Place]) -> Place | None:
-    """Return the place that is being recorded into, else the one that was written last; None: there is none."""
+    """Return the place that is being recorded into, else the one that was written last; None: there is none.
+
+    Records of one dataset were written in the order of its manifest.
+    """
     return max(places, key=_freshness, default=None)
 
 
@@ -105,11 +108,12 @@ def _places_of(folder: Path, root: Path) -> Iterator[Place]:
         yield Place(f"{prefix}{one}", folder, number)
 
 
-def _freshness(place: Place) -> tuple[bool, float]:
-    growing = place.folder / SIGNALS
+def _freshness(place: Place) -> tuple[bool, float, int]:
+    growing, number = place.folder / SIGNALS, -1 if place.record is None else place.record
     try:
         if place.record is None and growing.is_file():
-            return is_recording(growing), growing.stat().st_mtime
-        return False, (place.folder / (PARQUET if place.record is None else MANIFEST)).stat().st_mtime
+            return is_recording(growing), growing.stat().st_mtime, number
+        file = place.folder / (PARQUET if place.record is None else MANIFEST)
+        return False, file.stat().st_mtime, number
     except OSError:
-        return False, 0.0
+        return False, 0.0, number
