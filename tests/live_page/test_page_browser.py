@@ -166,7 +166,12 @@ def appended(loop: RecordedLoop, setpoints: list[float]) -> None:
     """Record a row for each set-point [um]."""
     for setpoint in setpoints:
         row = dict.fromkeys([name for name, _ in loop.columns], 0.0)
-        row |= {"index": float(loop.count), "setpoint": setpoint, "estimate": setpoint, "deflection": setpoint}
+        row |= {
+            "index": float(loop.count),
+            "setpoint": setpoint,
+            "estimate": setpoint,
+            "deflection": setpoint,
+        }
         loop.recording.signals.append(tuple(row.values()))
         loop.recording.timings.append((1.0, 20.0, 3.0))
         loop.count += 1
