@@ -7,7 +7,7 @@ disturbance strikes. Order is kept, save by `reorder`: a line cannot be overtake
 from __future__ import annotations
 
 import random
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -93,6 +93,8 @@ class FaultyLine:
         self._free_s = dict.fromkeys(Way, 0.0)  # when the last burst of a direction has come out
         self._asked: deque[Disturbance] = deque()
         self.injected: list[Injected] = []
+        self.by_chance: Counter[Kind] = Counter()
+        """How many of them struck a share of the bursts, and were not asked for, by kind."""
 
     def ask(self, disturbance: Disturbance) -> None:
         """Let a disturbance strike the next burst, once; `rate` is not looked at. From any thread."""
@@ -102,11 +104,12 @@ class FaultyLine:
         """Pass a burst that goes in at `now_s` [s]."""
         due_s, copies, overtaken, struck = now_s, 1, False, []
         asked = [self._asked.popleft() for _ in range(len(self._asked))]
-        for disturbance in (*asked, *self._disturbances):
+        for number, disturbance in enumerate((*asked, *self._disturbances)):
             kind, duration_s = disturbance.kind, disturbance.duration_s
             if disturbance.way not in (None, way) or self._random.random() >= disturbance.rate:
                 continue
             self.injected.append(Injected(now_s, kind, way))
+            self.by_chance[kind] += number >= len(asked)
             if kind in _BY_THE_CALLER:
                 struck.append(disturbance)
             elif kind is Kind.DROP:

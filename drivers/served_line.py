@@ -35,6 +35,10 @@ class ServedLine:
         """Faults so far."""
         return len(self._line.injected)
 
+    def struck_by_chance(self) -> dict[str, int]:
+        """Return how many bursts were struck as a share of them, by kind of fault."""
+        return {str(kind): count for kind, count in self._line.by_chance.items()}
+
     def ask(self, kind: str, duration_s: float) -> None:
         """Let a fault strike the next burst of bytes, once. Raises InputError for a duration that is too long."""
         self._line.ask(Disturbance(kind=Kind(kind), rate=1.0, duration_s=duration_s))

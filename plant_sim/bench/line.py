@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Protocol
 
 Passed = tuple[list[tuple[float, bytes]], list[tuple[str, float]]]
@@ -17,6 +18,10 @@ class Line(Protocol):
     @property
     def injected(self) -> int:
         """Faults so far."""
+        ...
+
+    def struck_by_chance(self) -> Mapping[str, int]:
+        """Return how many bursts were struck as a share of them, by kind of fault."""
         ...
 
     def ask(self, kind: str, duration_s: float) -> None:

@@ -18,6 +18,8 @@ STOP = "stop"
 USUAL_S = 0.1
 """Duration of a fault that nobody has given another one [s]."""
 LONGEST_S = 60.0
+CHANCE_EVERY_S = 10.0
+"""How often faults that strike a share of the bursts are told, after the first one of their kind [s]."""
 INSTANT = frozenset(
     {"drop", "duplicate", "bit_flip", "truncate", "device_reboot", "watchdog_tripped", "not_enabled"}
 )
@@ -40,9 +42,12 @@ class Bench:
     def __init__(self, device: BenchDevice, line: Line, planned: Sequence[PlannedFault] = ()) -> None:
         self.device, self.line = device, line
         self.note: Callable[[int, str, str, float], object] = lambda index, kind, name, value: None
-        """Is told index, "change" or "fault", name and value of what was done."""
+        """Is told index, "change", "fault" or "chance", name and value of what was done; of "chance" the value is how
+        many bursts of bytes were struck."""
         self.changes: Callable[[], Iterable[tuple[str, float]]] = tuple
         """Returns the changes that are wanted by now."""
+        self._told: dict[str, int] = {}
+        self._told_index: dict[str, int] = {}
         device.line_faults = lambda: line.injected
         for one in planned:
             device.plan(one.after_s, lambda one=one: self.apply(FAULT + one.kind, one.duration_s))  # type: ignore[misc]
@@ -97,6 +102,21 @@ class Bench:
         for name, value in self.changes():
             self.apply(name, value)
         self.device.live()
+        self.tell_of_chance(CHANCE_EVERY_S)
+
+    def tell_of_chance(self, every_s: float) -> None:
+        """Note what has struck a share of the bursts: the first of a kind at once, further ones together.
+
+        Args:
+            every_s: time of the device between two notes of a kind [s]; 0: whatever is new.
+        """
+        index = self.device.index
+        for kind, count in self.line.struck_by_chance().items():
+            told = self._told.get(kind, 0)
+            is_due = not told or (index - self._told_index[kind]) * self.period_s >= every_s
+            if count > told and is_due:
+                self.note(index, "chance", kind, float(count - told))
+                self._told[kind], self._told_index[kind] = count, index
 
 
 assert all(fault in LASTING or fault in INSTANT for fault in DeviceFault)

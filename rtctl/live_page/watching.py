@@ -9,10 +9,12 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from rtctl.border.errors import InputError, RtctlError
+from rtctl.live_page.recorded.followed import FollowedRun
 from rtctl.live_page.recorded.places import is_recording, places_in
 from rtctl.live_page.served.access import Access, token_of
 from rtctl.live_page.served.relay import page_relayed, upstream_of
 from rtctl.live_page.served.server import page_served
+from rtctl.live_page.shown.state import words_of
 from rtctl.live_page.streams.chosen import Stream, Streams, opened
 from rtctl.session.live.control_socket import NAME
 from rtctl.session.run_folder import SIGNALS
@@ -83,6 +85,21 @@ def watched_folder(run: Path) -> Path:
     if not run.is_dir():
         raise InputError(f"{run}: is a file; give the folder of the run: {run.parent}")
     return run
+
+
+def first_words(folder: Path) -> str:
+    """Return what to say at first of a folder that shows no row: none is recorded yet, or never will be; "" else."""
+    run = FollowedRun(folder)
+    try:
+        run.look()
+        state, begun = run.state(), run.stands_in() is not None
+        if not run.has_no_row() or (begun and state == "waiting"):
+            return ""
+    finally:
+        run.close()
+    if state == "waiting":
+        return f"{folder}: nothing is recorded there yet; the page begins with the first run"
+    return f"{folder}: {words_of(state, run.why)}; the page begins with the next run"
 
 
 def live_source(address: str) -> Path | str:

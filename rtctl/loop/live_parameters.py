@@ -28,9 +28,14 @@ class Change(NamedTuple):
     value: float
 
 
-def units_of_parameters(profile: DeviceProfile) -> dict[str, str]:
-    """Return the unit of each parameter that a run with devices of `profile` can change."""
+def units_of_parameters(profile: DeviceProfile, *, is_played: bool) -> dict[str, str]:
+    """Return the unit of each parameter that a run with devices of `profile` can change.
+
+    Where an excitation is played there is no controller, and the set-point is the level of the first command.
+    """
     output, command = profile.reference.unit, profile.commands[0].unit
+    if is_played:
+        return {SETPOINT: command}
     return {
         SETPOINT: output,
         "controller.kp": f"({command})/({output})",

@@ -1,4 +1,4 @@
-"""A kind of plant that is controlled without a model: by controllers and estimators of the user."""
+"""A kind of plant that is controlled without a model: by a PID with gains by hand, or parts of the user."""
 
 from __future__ import annotations
 
@@ -7,15 +7,18 @@ from pathlib import Path
 from typing import Any
 
 from rtctl.border.errors import InputError
+from rtctl.controllers.pid import PidController, PidGains
+from rtctl.controllers.pid_table import PidTable
 from rtctl.models.span import Span
 from rtctl.plant_control.support import Control
 from rtctl.registry import PlantKind
 from rtctl.safety.limits import CommandLimits
 from rtctl.scenario.schema import Scenario
+from rtctl.signals.gains import gain_unit
 
 
 class WithoutModel:
-    """`PlantSupport` of kinds that bring none: no estimator and no controller of its own, `[limits]` as they are."""
+    """`PlantSupport` of kinds that bring none: no estimator, a PID with gains by hand, `[limits]` as they are."""
 
     estimators: Mapping[str, Any] = {}
     needs_model = False
@@ -63,11 +66,26 @@ class WithoutModel:
         return tuple(table.command_limits() for table in scenario.limits.commands(scenario.profile))
 
     def control(self, scenario: Scenario, model: Any, delay: int) -> Control:
-        """Raise InputError: only controllers of the user control such a plant."""
-        raise InputError(
-            f'key "controller.kind": rtctl has no controller for a "{self._kind.name}"; register your own, or name it '
-            'as "module:Class"'
+        """Return a PID with gains by hand. Raises InputError: all other controllers of such a plant are the user's."""
+        table, profile, unit = scenario.controller, scenario.profile, gain_unit(scenario.profile)
+        if not isinstance(table, PidTable):
+            raise InputError(
+                f'key "controller.kind": rtctl has no controller for a "{self._kind.name}" but "pid" with kp [{unit}] '
+                f'and ki [{unit}/s]; give that, register your own, or name it as "module:Class"'
+            )
+        if table.kp is None or table.ki is None:
+            raise InputError(
+                f'[controller]: a "{self._kind.name}" has no model to tune a PID on; give kp [{unit}] and ki [{unit}/s]'
+            )
+        try:
+            gains = PidGains(kp=table.kp, ki=table.ki, kd=table.kd or 0.0)
+        except ValueError as error:
+            raise InputError(f"[controller]: {error}") from None
+        others = tuple(one.safe for one in self.limits(scenario, model)[1:])
+        made = PidController(
+            gains, unit=profile.commands[0].unit, setpoint_weight=table.setpoint_weight, others=others
         )
+        return Control(made, None)
 
     def predict(self, model: Any, level: Mapping[str, float]) -> dict[str, float]:
         """Return nothing."""

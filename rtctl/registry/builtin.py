@@ -60,7 +60,9 @@ ESTIMATORS = {
 CONTROLLERS = {
     "pi": BuiltIn("rtctl.plants.vo2.tables:PiTable", "PI with gains from the model or by hand", ("vo2",)),
     "pid": BuiltIn(
-        "rtctl.plants.equations.tables:PidTable", "PID with gains from equations or by hand", ("equations",)
+        "rtctl.controllers.pid_table:PidTable",
+        "PID with gains from equations, or by hand (also of a plant without a model)",
+        ("equations",),
     ),
     "agc_pll": BuiltIn(
         "rtctl.plants.me.tables:AgcPllTable", "amplitude and phase loops of a resonator", ("me",)

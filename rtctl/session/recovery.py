@@ -27,8 +27,6 @@ def recover(folder: Path) -> dict[str, Any]:
         InputError: there is no recording, it is empty, or its model is missing.
     """
     signals, timing = rows_left_by(folder)
-    if len(signals) == 0:
-        raise InputError(f"{folder}: the run was killed before its first sample; nothing to recover")
     tables = scenario_tables(signals.header.metadata, folder / SIGNALS)
     scenario = checked_scenario(tables, str(folder / SIGNALS))
     if not (folder / MODEL).is_file():

@@ -79,7 +79,7 @@ def draw_run(path: Path, scenario: Scenario, result: RunResult) -> None:
 def marks_of(scenario: Scenario, changes: Sequence[Event]) -> list[Mark]:
     """Return changes as a picture marks them: time [s] and text with the parameter's unit."""
     period_s = scenario.scenario.period_s
-    units = units_of_parameters(scenario.profile)
+    units = units_of_parameters(scenario.profile, is_played=scenario.reference is None)
     return [Mark(period_s * one.step, _in_words(one.values, units)) for one in changes]
 
 

@@ -197,7 +197,7 @@ def _moved(folder: Path, word: str, names: Sequence[str]) -> Path:
 
 
 def rows_left_by(folder: Path) -> tuple[Rows, Rows]:
-    """Return signals and timing of a run that was killed. Raises InputError if there are none, or it still runs."""
+    """Return signals and timing of a run that was killed. Raises InputError if there is no row, or it still runs."""
     if not is_interrupted(folder):
         raise InputError(f"{folder}: no interrupted recording here ({SIGNALS} is missing)")
     refuse_running(folder)
@@ -206,4 +206,7 @@ def rows_left_by(folder: Path) -> tuple[Rows, Rows]:
             f"{folder}: {TIMING} is missing beside {SIGNALS}: this is no run's recording; rtctl watch shows it, and "
             "rtctl export mcap makes a file of it"
         )
-    return Rows(folder / SIGNALS), Rows(folder / TIMING)
+    signals = Rows(folder / SIGNALS)
+    if len(signals) == 0:
+        raise InputError(f"{folder}: the run was killed before its first sample; nothing was recorded")
+    return signals, Rows(folder / TIMING)

@@ -136,6 +136,65 @@ def test_fields_and_the_stop_button_reach_the_run_also_on_a_tablet(tmp_path: Pat
         loop.end()
 
 
+def test_the_axes_follow_what_is_in_view(tmp_path: Path, browser: Any) -> None:
+    loop = RecordedLoop(tmp_path, "clock.mode=live")
+    with served(tmp_path) as server:
+        appended(loop, [0.5 * (k % 200) for k in range(1500)])
+        browser.set_window_size(1280, 1000)
+        browser.get(server.address)
+        wait_for(lambda: counters(browser)["rows"] == 1500, "the rows")
+        begin, end = wait_for(lambda: browser.execute_script(LIVE_RANGE), "the first seconds")
+        assert (begin, round(end, 6)) == (0, 1.499), "no time before the run's start, in a window of 10 s"
+        browser.execute_script("window.rtctl.page.view.show([-2, 3])")
+        assert browser.execute_script("return window.rtctl.page.view.range") == [0, 5], "nor by a finger"
+        browser.find_element("css selector", "#seconds [value='1']").click()
+        appended(loop, [165.0] * 20)
+        wait_for(lambda: height(browser) > 160.0, "the disturbance is seen at once")
+        deadline = time.monotonic() + 20.0
+        while not (found := height(browser)) < 120.0:
+            assert time.monotonic() < deadline, f"the axis still spans {found:.0f} um over lines of 100 um"
+            appended(loop, [0.5 * (k % 200) for k in range(40)] + [99.5] + [0.0])
+            time.sleep(STEP_S)
+        loop.end()
+    browser.set_script_timeout(10.0)
+    assert browser.execute_async_script(FOLLOWED, LOOKS) == [
+        [0, 100], [0, 100], [-20, 120], [-20, 120], [-20, 120], [5, 100], [40, 60], [10, 90],
+    ]  # fmt: skip
+
+
+def appended(loop: RecordedLoop, setpoints: list[float]) -> None:
+    """Record a row for each set-point [um]."""
+    for setpoint in setpoints:
+        row = dict.fromkeys([name for name, _ in loop.columns], 0.0)
+        row |= {
+            "index": float(loop.count),
+            "setpoint": setpoint,
+            "estimate": setpoint,
+            "deflection": setpoint,
+        }
+        loop.recording.signals.append(tuple(row.values()))
+        loop.recording.timings.append((1.0, 20.0, 3.0))
+        loop.count += 1
+
+
+def height(browser: Any) -> float:
+    """Return the span of the axis of the first chart [um]."""
+    low, high = browser.execute_script("return window.rtctl.page.charts.charts[0].axis.range")
+    return float(high) - float(low)
+
+
+LIVE_RANGE = "return window.rtctl.page.view.data()?.range"
+LOOKS = (
+    (0, 100, True, 0), (9, 91, True, 1), (-20, 120, True, 2), (10, 100, True, 3), (5, 99, True, 1000),
+    (10, 100, True, 1600), (40, 60, True, 1601), (10, 90, False, 1602),
+)  # fmt: skip
+"""Lowest and highest number in view, whether it moves on, and when [ms]."""
+FOLLOWED = (
+    "import(`${location.href}js/axis_range.js`).then((found) => { const axis = new found.AxisRange(0);"
+    "arguments[1](arguments[0].map((look) => axis.follow(...look))); })"
+)
+
+
 def test_a_served_device_is_shown_also_where_a_reading_is_missing_and_changed_by_its_names(
     tmp_path: Path, browser: Any
 ) -> None:
@@ -172,4 +231,4 @@ def test_a_served_device_is_shown_also_where_a_reading_is_missing_and_changed_by
 TIMES_ASKED = (
     "return performance.getEntriesByType('resource').filter((one) => one.name.includes('parameters?')).length"
 )
-SECOND_RANGE = "return window.rtctl.page.charts.charts[1].range"
+SECOND_RANGE = "return window.rtctl.page.charts.charts[1].axis.range"

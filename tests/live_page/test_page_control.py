@@ -10,13 +10,20 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from page_cases import RecordedLoop, asked, served
+from page_cases import SCENARIOS, RecordedLoop, asked, served
 
 from rtctl.border.errors import InputError
+from rtctl.controllers.playback import PlaybackController
+from rtctl.estimators.none import NoEstimator
 from rtctl.live_page.served.server import PageServer
+from rtctl.loop.events import Event
 from rtctl.loop.live_parameters import ParameterChannel
-from rtctl.session.live.control_socket import listening
-from rtctl.session.live.under_way import FOLDER
+from rtctl.loop.supervisor import TIMING_COLUMNS, signal_columns
+from rtctl.scenario.schema import load_scenario
+from rtctl.session.live.control_socket import listening, parameter_units, read_change
+from rtctl.session.live.under_way import FOLDER, ONLY_STOP, excitation_under_way
+from rtctl.session.run_files import marks_of
+from rtctl.session.run_folder import RunFolder, run_metadata
 
 
 @pytest.fixture
@@ -81,6 +88,32 @@ def test_what_the_run_refuses_is_refused_in_its_words(
 def test_a_run_that_has_gone_is_said(run: tuple[PageServer, ParameterChannel]) -> None:
     server, _ = run
     assert "no run is under way" in changed(server, run="elsewhere", name="stop")[1]
+
+
+def test_an_excitation_offers_no_change_and_a_played_level_is_in_the_unit_of_the_command(
+    tmp_path: Path,
+) -> None:
+    scenario, tables = load_scenario(SCENARIOS / "acquire_vo2.toml", [])
+    columns = signal_columns(scenario.profile, NoEstimator(), PlaybackController("mA"))
+    with (
+        excitation_under_way(tmp_path / "data", scenario, tables, "levels") as place,
+        served(tmp_path, control=True) as server,
+    ):
+        recording = place.folder.record(columns, TIMING_COLUMNS)
+        recording.signals.append((0.0,) * len(columns))
+        assert json.loads(asked(server.address, "parameters")[1]) == []
+        status, said = changed(server, run="data/acquiring", name="setpoint", value="1")
+        assert (status, said) == (409, f"setpoint: {ONLY_STOP}")
+        recording.close()
+    played = RunFolder(path=tmp_path / "run", metadata=run_metadata(tables), model=None)
+    recording = played.record(columns, TIMING_COLUMNS)
+    assert parameter_units(tmp_path / "run") == {"setpoint": "mA"}, "no gains, and no um"
+    assert read_change(tmp_path / "run", "setpoint=5000 uA").value == 5.0
+    recording.close()
+    assert (
+        marks_of(scenario, [Event(0, "change", {"name": "setpoint", "value": 5.0})])[0].text
+        == "setpoint 5 mA"
+    )
 
 
 @pytest.mark.wire

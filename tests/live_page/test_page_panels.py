@@ -12,7 +12,7 @@ from rtctl.controllers.playback import PlaybackController
 from rtctl.estimators.none import NoEstimator
 from rtctl.live_page.shown.event_log import EventLog
 from rtctl.live_page.shown.panels import panels_of, planes_of
-from rtctl.live_page.shown.signals import NOT_DRAWN, signals_of
+from rtctl.live_page.shown.signals import NOT_DRAWN, PLAYED_TERMS, signals_of
 from rtctl.live_page.shown.state import verdict_of
 from rtctl.loop.supervisor import signal_columns
 from rtctl.scenario.bundled import bundled_scenarios
@@ -29,8 +29,16 @@ def test_a_panel_shows_each_signal_of_a_bundled_scenario(name: str) -> None:
     assert drawn == set(range(len(shown.signals)))
     for panel in panels_of(shown):
         assert {shown.signals[number].unit for number in panel["signals"]} == {panel["unit"]}
+    titles = {panel["title"] for panel in panels_of(shown)}
+    assert ("Terms of the controller" in titles) == (scenario.reference is not None), (
+        "a played command has none"
+    )
     names = {signal.name for signal in shown.signals}
-    hidden = NOT_DRAWN | {"estimate_standard_error"} | (set() if scenario.reference else {"setpoint"})
+    hidden = (
+        NOT_DRAWN
+        | {"estimate_standard_error"}
+        | (set() if scenario.reference else {"setpoint", *PLAYED_TERMS})
+    )
     assert {column for column, _ in columns} - names == hidden
     planes = [
         (shown.signals[plane["x"]].name, shown.signals[plane["y"][0]].name) for plane in planes_of(shown, {})

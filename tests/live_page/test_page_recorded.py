@@ -141,9 +141,19 @@ def test_the_records_of_a_dataset_are_rows_too(tmp_path: Path) -> None:
         units={"drive": "V", "displacement": "um"}, holds={"drive": "zero"}, metadata={},
     )  # fmt: skip
     assert [place.name for place in places_in(tmp_path)] == ["one", "two"]
+    newest = newest_of(places_in(tmp_path))
+    assert newest is not None
+    assert newest.name == "two", "the records stand in the order in which they were taken"
     run = FollowedRun(tmp_path, "two")
     assert run.look()
     assert run.rows is not None
     assert run.rows.metadata["title"] == "two records: two"
     assert run.rows.read(2, 4)["displacement"].tolist() == [4.0, 9.0]
     assert run.state() == "ended"
+    run.close()
+    under_way = RecordedLoop(tmp_path / "acquiring")
+    under_way.append(1)
+    newest = newest_of(places_in(tmp_path))
+    assert newest is not None
+    assert newest.name == "acquiring", "an excitation is being recorded"
+    under_way.end()

@@ -23,10 +23,14 @@ import pytest
 from page_cases import asked, viewer
 from pymodbus.client import ModbusTcpClient
 
+from drivers.served_line import ServedLine
+from plant_sim.bench.device import BenchDevice
+from plant_sim.bench.under_way import Bench
 from rtctl.border.errors import InputError
 from rtctl.cli import main
 from rtctl.scenario.serving import LASTING, ServedFault, read_faults
 from rtctl.session.bench.account import Accounted, bench_account
+from rtctl.wiring import build_device
 
 PATIENCE_S = 30.0
 CURRENT, READING, IDENTITY = 0, 100, 120
@@ -216,6 +220,33 @@ def test_an_account_takes_no_folder_that_is_in_use_and_moves_a_killed_one_aside(
         pass
     assert "is now in" in capsys.readouterr().err
     assert (killed / "interrupted-1" / "signals.rec").is_file()
+
+
+def test_faults_of_a_share_of_the_bursts_are_few_events_that_count_all_of_them(tmp_path: Path) -> None:
+    now_s = [0.0]
+    plant = build_device("vo2_a", tmp_path, 1)
+    bench = Bench(
+        BenchDevice(plant, lambda: now_s[0], is_inspected=False), ServedLine([("drop", 0.5, 0.0, None)])
+    )
+    with bench_account(tmp_path, OF) as account:
+        bench.note = account.note
+        for seconds in range(25):
+            for _ in range(40):
+                bench.line.to_device(b"request", float(seconds))
+            now_s[0] += 1.0
+            bench.look()
+        bench.apply("fault.stall", 0.05)
+        bench.line.to_host(b"answer", 25.0)
+        bench.tell_of_chance(0.0)
+    events = [json.loads(line) for line in (tmp_path / "events.jsonl").read_text().splitlines()]
+    assert [one["fault"] for one in events] == ["drop", "drop", "drop", "stall", "drop"], (
+        "a stall was asked for"
+    )
+    told = [one for one in events if one["fault"] == "drop"]
+    assert sum(one["count"] for one in told) == bench.line.injected - 1
+    assert re.fullmatch(r"\d+ bursts of bytes struck by chance", told[0]["message"])
+    assert told[-1]["message"].endswith(f"struck by chance, {bench.line.injected - 1} so far")
+    assert bench.line.injected > 400
 
 
 def test_an_account_that_finds_no_room_ends_and_is_whole(

@@ -156,6 +156,7 @@ def test_a_run_with_several_outputs_has_all_of_them() -> None:
     class Rows:
         def __init__(self) -> None:
             self.columns = columns
+            self.metadata: dict[str, str] = {}
 
     description = Description(
         rows=Rows(), place=Place("x", Path()), scenario=scenario, remark="", period_s=1e-3, shown=shown  # type: ignore[arg-type]

@@ -11,8 +11,11 @@ import pytest
 from heater_scenario import TEXT, run
 
 import rtctl
+from rtctl.border.mechanisms import plain_unit
 from rtctl.cli import main
+from rtctl.loop.live_parameters import units_of_parameters
 from rtctl.registry import entries, find, load
+from rtctl.scenario.schema import load_scenario
 
 DIST_INFO = {
     "METADATA": "Metadata-Version: 2.1\nName: heater-parts\nVersion: 1.0\n",
@@ -136,3 +139,49 @@ def test_the_list_marks_own_parts(
     assert str(copied) in "".join(line[begin:].strip() for line in lines)  # folded, not cut
     assert main(["list", "controlers"]) == 2
     assert 'did you mean "controllers"?' in capsys.readouterr().err
+
+
+PID = TEXT.replace('kind = "integral"', 'kind = "pid"')
+
+
+def test_a_pid_with_gains_by_hand_controls_a_plant_without_a_model(own_parts: Path, tmp_path: Path) -> None:
+    gains = ["--set", "controller.kp=0.02 V/K", "--set", "controller.ki=2000 mV/(K*s)"]
+    code, summary = run(tmp_path, "--plugin", str(own_parts), *gains, text=PID)
+    assert code == 0
+    assert summary is not None
+    assert (summary["verdict"], summary["tracking"]["unit"]) == ("pass", "K")
+    assert summary["step_response"]["settled_error"]["max"] < 0.2
+    scenario, _ = load_scenario(tmp_path / "heater.toml", ["controller.kp=0.02 V/K", "controller.ki=2 V/K/s"])
+    assert {plain_unit(one) for one in units_of_parameters(scenario.profile, is_played=False).values()} == {
+        "K", "V/K", "V/(K*s)", "V*s/K",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ([], ['a "heater" has no model to tune a PID on; give kp [V/K] and ki [V/K/s]']),
+        (["controller.kp=1 mA/um", "controller.ki=1 V/K/s"], ["controller.kp", "mA/um", "V/K"]),
+        (
+            ["controller.kp=1 V/K", "controller.ki=-1 V/K/s"],
+            ["[controller]: PID gains must be", "of one sign"],
+        ),
+        (
+            ["controller.kind=pi", "controller.kp=1 V/K", "controller.ki=1 V/(K*s)"],
+            ['rtctl has no controller for a "heater" but "pid" with kp [V/K] and ki [V/K/s]'],
+        ),
+    ],
+)
+def test_gains_are_asked_for_in_the_units_of_the_plants_own_signals(
+    settings: list[str],
+    words: list[str],
+    own_parts: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    options = [word for setting in settings for word in ("--set", setting)]
+    code, _ = run(tmp_path, "--plugin", str(own_parts), *options, text=PID)
+    message = capsys.readouterr().err
+    assert code == 2
+    for word in words:
+        assert word in message

@@ -7,8 +7,9 @@ from contextlib import suppress
 from pathlib import Path
 
 from rtctl.border.errors import InputError
-from rtctl.live_page.recorded.places import Place, is_recording, newest_of, places_in
+from rtctl.live_page.recorded.places import Place, folders_in, is_recording, newest_of, places_in
 from rtctl.live_page.recorded.rows import RecordedRows
+from rtctl.session.live.control_socket import is_listened_to
 from rtctl.session.run_folder import SIGNALS
 
 PLACES_EVERY_S = 1.0
@@ -25,6 +26,10 @@ class FollowedRun:
         self.folder, self._name = folder, name
         self.place: Place | None = None
         self.rows: RecordedRows | None = None
+        self._without_rows: Place | None = None
+        """The place that is wanted and has no row that could be read."""
+        self.why = ""
+        """Why not; "" where that is not known."""
         self._searched_s = float("-inf")
         self._ended_s: float | None = None
 
@@ -38,8 +43,9 @@ class FollowedRun:
 
     def state(self) -> str:
         """Return how the recording stands: waiting | recording | ending | killed | ended."""
-        if self.rows is None or self.place is None:
-            return "waiting"
+        if self.has_no_row():
+            return self._state_without_rows()
+        assert self.place is not None
         growing = self.place.folder / SIGNALS
         if self.place.record is not None or not growing.is_file():
             return "ended"
@@ -51,6 +57,29 @@ class FollowedRun:
             with suppress(OSError):
                 self._ended_s = now_s - max(time.time() - growing.stat().st_mtime, 0.0)
         return "ending" if now_s - (self._ended_s or now_s) < FILES_WITHIN_S else "killed"
+
+    def has_no_row(self) -> bool:
+        """Return whether the run that stands here has no row: none ever had one, or an earlier run in its folder."""
+        missing = self._without_rows
+        if self.rows is None or self.place is None:
+            return True
+        return missing is not None and missing.folder == self.place.folder
+
+    def stands_in(self) -> Path | None:
+        """Return the folder of the run whose state is told; None: there is none."""
+        place = self._without_rows if self.has_no_row() else self.place
+        return None if place is None or place.record is not None else place.folder
+
+    def _state_without_rows(self) -> str:
+        """Return waiting | killed | ended of a run without a row: killed, if nobody is there who could record one."""
+        place = self._without_rows
+        if place is None:  # before a recording is begun there is only the socket
+            heard = {is_listened_to(one) for one in folders_in(self.folder)}
+            return "killed" if False in heard and True not in heard else "waiting"
+        growing = place.folder / SIGNALS
+        if not growing.is_file():
+            return "ended"
+        return "waiting" if is_recording(growing) or is_listened_to(place.folder) else "killed"
 
     def close(self) -> None:
         """Close the files."""
@@ -71,11 +100,17 @@ class FollowedRun:
 
     def _reopen(self, wanted: Place | None) -> bool:
         """Open `wanted` unless it is open; return whether it is another recording."""
+        self._without_rows = None
         if wanted is None or (wanted == self.place and not self._is_outdated()):
             return False
         try:
             opened = wanted.open()
-        except (InputError, OSError):  # before its first row, or between its end and its Parquet file
+        except (
+            InputError,
+            OSError,
+        ) as error:  # before its first row, or between its end and its Parquet file
+            self._without_rows = wanted
+            self.why = str(error) if isinstance(error, InputError) else ""
             return False
         before = self.rows
         self.place, self.rows, self._ended_s = wanted, opened, None

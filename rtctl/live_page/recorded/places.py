@@ -43,14 +43,22 @@ class Place(NamedTuple):
 
 def places_in(folder: Path) -> list[Place]:
     """Return the runs and records in `folder` and two levels below it, by name."""
+    return [place for one in folders_in(folder) for place in _places_of(one, folder)]
+
+
+def folders_in(folder: Path) -> list[Path]:
+    """Return `folder` and those two levels below it, by name."""
     folders = [folder]
     for one in _below(folder):
         folders += [one, *_below(one)]
-    return [place for one in folders for place in _places_of(one, folder)]
+    return folders
 
 
 def newest_of(places: list[Place]) -> Place | None:
-    """Return the place that is being recorded into, else the one that was written last; None: there is none."""
+    """Return the place that is being recorded into, else the one that was written last; None: there is none.
+
+    Records of one dataset were written in the order of its manifest.
+    """
     return max(places, key=_freshness, default=None)
 
 
@@ -100,11 +108,12 @@ def _places_of(folder: Path, root: Path) -> Iterator[Place]:
         yield Place(f"{prefix}{one}", folder, number)
 
 
-def _freshness(place: Place) -> tuple[bool, float]:
-    growing = place.folder / SIGNALS
+def _freshness(place: Place) -> tuple[bool, float, int]:
+    growing, number = place.folder / SIGNALS, -1 if place.record is None else place.record
     try:
         if place.record is None and growing.is_file():
-            return is_recording(growing), growing.stat().st_mtime
-        return False, (place.folder / (PARQUET if place.record is None else MANIFEST)).stat().st_mtime
+            return is_recording(growing), growing.stat().st_mtime, number
+        file = place.folder / (PARQUET if place.record is None else MANIFEST)
+        return False, file.stat().st_mtime, number
     except OSError:
-        return False, 0.0
+        return False, 0.0, number

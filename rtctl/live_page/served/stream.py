@@ -19,7 +19,7 @@ from rtctl.live_page.recorded.rows import INDEX
 from rtctl.live_page.served.packing import packed, server_sent
 from rtctl.live_page.shown.description import Description, description_of
 from rtctl.live_page.shown.event_log import EventLog
-from rtctl.live_page.shown.state import WORDS, verdict_of
+from rtctl.live_page.shown.state import verdict_of, words_of
 from rtctl.live_page.shown.timing import TimingHistograms
 
 FRAMES_A_SECOND = 30.0
@@ -128,9 +128,10 @@ class Stream:
             yield b": beat\n\n"
 
     def _stands(self) -> dict[str, Any]:
-        state, place = self._followed.state(), self._followed.place
-        verdict = verdict_of(place.folder) if place and place.record is None and state == "ended" else None
-        return {"state": state, "words": WORDS[state], "summary": verdict}
+        state, folder = self._followed.state(), self._followed.stands_in()
+        words = words_of(state, self._followed.why if self._followed.has_no_row() else None)
+        verdict = verdict_of(folder) if folder is not None and state == "ended" else None
+        return {"state": state, "words": words, "summary": verdict}
 
     def _is_due(self, what: str, every_s: float) -> bool:
         now_s = time.monotonic()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,8 +12,9 @@ from rtctl.live_page.recorded.places import Place
 from rtctl.live_page.recorded.rows import INDEX, RecordedRows
 from rtctl.live_page.shown.panels import panels_of, planes_of
 from rtctl.live_page.shown.signals import ShownSignals, signals_of
+from rtctl.loop.live_parameters import units_of_parameters
 from rtctl.scenario.schema import Scenario, checked_scenario
-from rtctl.session.live.control_socket import PARAMETERS
+from rtctl.session.live.control_socket import CHANGES, PARAMETERS
 from rtctl.session.run_folder import scenario_tables
 
 
@@ -53,6 +55,16 @@ class Description:
             else:
                 high = middle
         return low
+
+    def parameter_units(self) -> dict[str, str]:
+        """Return the unit of each parameter that the run can change, by name; empty where that is not known."""
+        metadata, scenario = self.rows.metadata, self.scenario
+        if PARAMETERS in metadata:
+            units: dict[str, str] = json.loads(metadata[PARAMETERS])
+            return units
+        if scenario is None or CHANGES in metadata:
+            return {}
+        return units_of_parameters(scenario.profile, is_played=scenario.reference is None)
 
     def for_page(self) -> dict[str, Any]:
         """Return title, signals, panels and planes as the page takes them."""

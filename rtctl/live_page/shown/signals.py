@@ -13,10 +13,13 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.mechanisms import plain_unit
 from rtctl.border.records import DeviceProfile
+from rtctl.controllers.playback import PlaybackController
 from rtctl.live_page.recorded.rows import INDEX
 from rtctl.output.readable_units import printed_unit
 from rtctl.scenario.schema import Scenario
 
+PLAYED_TERMS = {name for name, _ in PlaybackController().terms}
+"""Terms of a command that is played: there is no controller, so two are 0 and one is the command."""
 NOT_DRAWN = {INDEX, "counter", "device_time", "device_status", "estimate_status"}
 """Counters and bits, which are no signals."""
 ROW_BEGIN = ("setpoint", "estimate")
@@ -76,9 +79,11 @@ def signals_of(columns: Sequence[tuple[str, str]], scenario: Scenario | None) ->
     loop = [Signal(profile.reference.name, unit, "measured"), Signal("estimate", unit, "estimate")]
     loop += [Signal(name, unit, "band") for name in BAND_NAMES]
     loop += [Signal("self-sensing error", unit, "sensing_error")]
-    if scenario.reference is not None:  # else the column holds commands that were played
-        loop = [Signal("setpoint", unit, "setpoint"), *loop, Signal("tracking error", unit, "error")]
     known = {"setpoint", "estimate", "estimate_standard_error", profile.reference.name} | NOT_DRAWN
+    if scenario.reference is None:  # the column of the set-point holds commands that were played
+        known |= PLAYED_TERMS
+    else:
+        loop = [Signal("setpoint", unit, "setpoint"), *loop, Signal("tracking error", unit, "error")]
     others = (
         Signal(name, unit, _role(name, profile, list(units)))
         for name, unit in units.items()

@@ -19,6 +19,15 @@ WORDS = {
 }
 
 
+def words_of(state: str, why_no_row: str | None) -> str:
+    """Return a state in words; `why_no_row` is None where rows are shown, else why there are none ("": not known)."""
+    if why_no_row is None or state not in ("killed", "ended"):
+        return WORDS[state]
+    if state == "killed":
+        return "killed: the process ended without a word before its first sample; nothing was recorded"
+    return f"ended, and there is no sample to show{f' ({why_no_row})' if why_no_row else ''}"
+
+
 def verdict_of(folder: Path) -> dict[str, Any] | None:
     """Return verdict and sentences of the `summary.json` in `folder`; None: there is none."""
     try:

@@ -13,7 +13,6 @@ The time of a message is that of its sample in the run: period * index, in nanos
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
@@ -30,7 +29,6 @@ from rtctl.live_page.recorded.timing_rows import TimingRows
 from rtctl.live_page.shown.description import Description
 from rtctl.live_page.shown.event_log import EventLog
 from rtctl.live_page.streams.growing_mcap import GrowingMcap, Topic
-from rtctl.loop.live_parameters import units_of_parameters
 from rtctl.loop.supervisor import TIMING_COLUMNS
 from rtctl.session.live.control_socket import PARAMETERS as PARAMETER_UNITS
 from rtctl.session.live.control_socket import parameters
@@ -109,7 +107,7 @@ class RunMcap:
             file.register(_numbers(TIMING, "rtctl.Timing", dict(TIMING_COLUMNS)))
         if self._events is None:
             return
-        known = _parameter_units(description)
+        known = {name: plain_unit(unit) for name, unit in description.parameter_units().items()}
         if known:
             file.register(_numbers(PARAMETERS, "rtctl.Parameters", known))
         file.register(Topic(EVENTS, "rtctl.Event", {"kind": {"type": "string"}, "text": {"type": "string"}}))
@@ -178,16 +176,6 @@ class RunMcap:
     def _attach(self, path: Path, kind: str) -> None:
         with suppress(FileNotFoundError):
             self._file.attach(path.name, kind, path.read_bytes())
-
-
-def _parameter_units(description: Description) -> dict[str, str]:
-    """Return the units of what can be changed, by name; empty where that is not known."""
-    units: Mapping[str, str] = {}
-    if PARAMETER_UNITS in description.rows.metadata:
-        units = json.loads(description.rows.metadata[PARAMETER_UNITS])
-    elif description.scenario is not None:
-        units = units_of_parameters(description.scenario.profile)
-    return {name: plain_unit(unit) for name, unit in units.items()}
 
 
 def _numbers(topic: str, schema: str, units: Mapping[str, str]) -> Topic:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 from rtctl.border.arrays import FloatArray
 from rtctl.border.mechanisms import plain_unit
 from rtctl.live_page.shown.description import Description
-from rtctl.loop.live_parameters import SETPOINT, units_of_parameters
+from rtctl.loop.live_parameters import SETPOINT
 
 GAINS = "controller."
 ERRORS = {"error": "error", "sensing_error": "self_sensing_error"}
@@ -40,7 +40,7 @@ class Variable(NamedTuple):
 
 def variables_of(description: Description) -> list[Variable]:
     """Return the numbers of a recording; those of gains and set-point can be set while a run is under way."""
-    settable = {} if description.scenario is None else units_of_parameters(description.scenario.profile)
+    settable = {} if description.scenario is None else description.parameter_units()
     recorded = {name: plain_unit(unit) for name, unit in description.rows.columns}
     shown = [
         Variable(

@@ -14,6 +14,7 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.equations.controlled import StateSpace
 from rtctl.border.errors import InputError
 from rtctl.controllers.pid import PidController, PidGains
+from rtctl.controllers.pid_table import PidTable
 from rtctl.controllers.pid_tuning import WorkingPoint, margins_of_gains, tune_pid
 from rtctl.estimators.cubature import CubatureFilter
 from rtctl.estimators.equations.rest import RestPoint, jacobian, rest_point, rests_anywhere, swept_points
@@ -22,7 +23,6 @@ from rtctl.models.span import Span
 from rtctl.plant_control.support import Control
 from rtctl.plants.equations.belief import filter_settings
 from rtctl.plants.equations.several import decoupled_control
-from rtctl.plants.equations.tables import PidTable
 from rtctl.registry.loading import resolved
 from rtctl.safety.limits import CommandLimits
 from rtctl.scenario.schema import Scenario

@@ -11,6 +11,7 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.equations.controlled import ModelOutput, StateSpace
 from rtctl.border.errors import InputError
 from rtctl.controllers.pid import PidGains
+from rtctl.controllers.pid_table import PidTable
 from rtctl.controllers.pid_tuning import best_gains
 from rtctl.controllers.several.decoupled_pid import DecoupledPid
 from rtctl.controllers.several.decoupling import Decoupler, decoupler
@@ -22,7 +23,6 @@ from rtctl.estimators.several_outputs import Further, SeveralOutputs
 from rtctl.interfaces import Estimator
 from rtctl.models.span import Span
 from rtctl.plant_control.support import Control
-from rtctl.plants.equations.tables import PidTable
 from rtctl.scenario.further_references import course
 from rtctl.scenario.schema import Scenario
 

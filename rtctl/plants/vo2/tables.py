@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from rtctl.border.units.quantities import Checked, Quantity
+from rtctl.signals.gains import GainOf
 from rtctl.signals.levels import Level, LevelOf
 
 
@@ -18,8 +19,8 @@ class PiTable(Checked):
     phase_margin_rad: Annotated[float, Quantity("rad"), Field(alias="phase_margin", gt=0.0)] = (
         1.0471975511965976
     )
-    kp: Annotated[float, Quantity("mA/um"), Field(ge=0.0, allow_inf_nan=False)] | None = None
-    ki: Annotated[float, Quantity("mA/(um*s)"), Field(gt=0.0, allow_inf_nan=False)] | None = None
+    kp: Annotated[float, GainOf(""), Field(ge=0.0, allow_inf_nan=False)] | None = None
+    ki: Annotated[float, GainOf("/s"), Field(gt=0.0, allow_inf_nan=False)] | None = None
     feedforward: Literal["none", "inverse"] = "none"
     """inverse: the identified model's own current for the next setpoint, the PI corrects what it gets wrong."""
     deadband: Annotated[Level, LevelOf("output")] = Level(0.15, True)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import sys
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -34,6 +35,7 @@ class BenchAccount:
     ) -> None:
         self._recorder, self._events, self._channel, self._units = recorder, events, channel, units
         self._has_room = True
+        self._struck: Counter[str] = Counter()
 
     def row(self, row: tuple[float, ...]) -> None:
         """Take a row, in the order of the columns; where the disk is full, say so once and take no more."""
@@ -46,10 +48,16 @@ class BenchAccount:
             print(f"rtctl serve: {error}; the device goes on without its account", file=sys.stderr)
 
     def note(self, index: int, kind: str, name: str, value: float) -> None:
-        """Note what was done: a "change" of an effect, or a "fault"."""
+        """Note what was done: a "change" of an effect, a "fault", or how many bursts were struck by "chance"."""
         if kind == "change":
             words = f"{name} {readable(value, self._units.get(name, ''))}"
             self._events.note(index, kind, name=name, value=value, message=words)
+        elif kind == "chance":
+            before, more = self._struck[name], round(value)
+            self._struck[name] += more
+            words = f"{more} {'burst' if more == 1 else 'bursts'} of bytes struck by chance"
+            so_far = f", {before + more} so far" if before else ""
+            self._events.note(index, "fault", fault=name, message=f"{words}{so_far}", count=more)
         else:
             lasts = f"for {readable(value, 's')}" if value > 0.0 else "once"
             self._events.note(index, kind, fault=name, message=lasts)

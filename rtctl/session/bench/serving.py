@@ -75,6 +75,7 @@ def _keep_account(bench: Any, folder: Path, stack: ExitStack) -> None:
     )  # fmt: skip
     account = stack.enter_context(bench_account(folder, of))
     device.account, bench.note, bench.changes = account.row, account.note, account.changes
+    stack.callback(bench.tell_of_chance, 0.0)  # what has struck since the last word
 
 
 @contextmanager

@@ -39,6 +39,8 @@ COMPILED_WITHIN_S = 60.0
 PARAMETERS = "parameters"
 """Name of the question for the values of all parameters; and key of a recording's metadata for their units as JSON,
 where it is the account of a served device and not a run of a scenario."""
+CHANGES = "changes"
+"""Key of the metadata of a recording that nothing but stop can change; its value says why."""
 FAULT = "fault."
 """What the name of a fault begins with, which a served device is asked to have once; its value is how long [s]."""
 PLAN = "plan"
@@ -70,6 +72,21 @@ def listening(folder: Path, changes: ParameterChannel) -> Iterator[None]:
                 folder.rmdir()
 
 
+def is_listened_to(folder: Path) -> bool | None:
+    """Return whether a run takes changes in `folder`; None: there is no socket. That of a killed run stays behind."""
+    path = folder / NAME
+    if not path.is_socket():
+        return None
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as client:
+        try:
+            client.connect(_shorter(path))
+        except ConnectionRefusedError:
+            return False
+        except OSError:  # it has just gone, or is another user's
+            return None
+    return True
+
+
 def read_change(folder: Path, text: str) -> Change:
     """Read a change as a person writes it, `setpoint=30 um`, in the units of the run in `folder`.
 
@@ -86,6 +103,8 @@ def read_change(folder: Path, text: str) -> Change:
     if name == SETPOINT and written == PLAN:
         return Change(name, math.nan)
     units = parameter_units(folder)
+    if why := _metadata(folder).get(CHANGES):
+        raise InputError(f"{name}: {why}")
     if name not in units:
         raise InputError(f'"{name}" cannot be changed while the loop runs{nearest(name, units)}')
     try:
@@ -195,11 +214,13 @@ def _setpoint_in_force(folder: Path) -> float | None:
 def parameter_units(folder: Path) -> dict[str, str]:
     """Return the unit of each parameter that the run in `folder` can change. Raises InputError."""
     metadata = _metadata(folder)
+    if CHANGES in metadata:
+        return {}
     if PARAMETERS in metadata:
         units: dict[str, str] = json.loads(metadata[PARAMETERS])
         return units
     scenario = checked_scenario(scenario_tables(metadata, folder / SIGNALS), str(folder / SIGNALS))
-    return units_of_parameters(scenario.profile)
+    return units_of_parameters(scenario.profile, is_played=scenario.reference is None)
 
 
 def _metadata(folder: Path) -> dict[str, str]:

@@ -10,11 +10,12 @@ from typing import Any, NamedTuple
 from rtctl.border.errors import InputError
 from rtctl.loop.live_parameters import ParameterChannel
 from rtctl.scenario.schema import Scenario
-from rtctl.session.live.control_socket import listening
+from rtctl.session.live.control_socket import CHANGES, listening
 from rtctl.session.run_folder import EVENTS, SIGNALS, TIMING, RunFolder, run_metadata
 
 FOLDER = "acquiring"
 """Below the folder of the dataset; gone once its record is complete."""
+ONLY_STOP = "an excitation is being played, which nothing but stop can change"
 
 
 class UnderWay(NamedTuple):
@@ -43,6 +44,7 @@ def excitation_under_way(
         "title": title,
         "period_s": repr(scenario.scenario.period_s),
         "clock": scenario.clock.mode,
+        CHANGES: ONLY_STOP,
     }
     with listening(path, changes):
         yield UnderWay(RunFolder(path=path, metadata=metadata, model=None), changes)
@@ -56,4 +58,4 @@ def excitation_under_way(
 
 
 def _refuse(name: str, value: float) -> str:
-    raise InputError(f"{name}: an excitation is being played, which nothing but stop can change")
+    raise InputError(f"{name}: {ONLY_STOP}")

@@ -54,7 +54,7 @@ def run(args: argparse.Namespace) -> int:
     import os
 
     from rtctl.api.runs.recordings import watch
-    from rtctl.live_page.recorded.places import places_in
+    from rtctl.live_page.watching import first_words
     from rtctl.output.progress import say
 
     def ready(address: str) -> None:
@@ -66,11 +66,8 @@ def run(args: argparse.Namespace) -> int:
             return
         print(address, flush=True)
         only = "" if args.control else " (it only shows; --control lets it change the run)"
-        if args.run is not None and not places_in(args.run):
-            say(
-                f"{args.run}: nothing is recorded there yet; the page begins with the first run",
-                quiet=args.quiet,
-            )
+        if args.run is not None and (words := first_words(args.run)):
+            say(words, quiet=args.quiet)
         say(f"open it in a browser of this machine{only}; Ctrl-C ends it", quiet=args.quiet)
 
     watch(

@@ -1,11 +1,11 @@
 /** The charts over time: one uPlot a panel, the same time axis and cursor in all, values of the cursor while live. */
 
+import { AxisRange } from "./axis_range.js";
 import { alongAxis, colour, colourOf, figure, words } from "./colours.js";
 
 const HEIGHTS = { first: 230, other: 150 };
 const TALL_ROLES = new Set(["setpoint", "measured", "estimate", "signal"]);
 const SPARE = 0.06; // of the height, above and below the lines
-const SHRINK_BELOW = 0.55; // share of an axis that the lines fill before it shrinks
 const DENSE = 4; // points a pixel from which no line is wider than one pixel: wider ones take five times as long to draw
 const ERROR_ROLES = new Set(["error", "sensing_error"]);
 const USUAL = 0.98; // share of the errors that decide about an axis of errors
@@ -34,8 +34,9 @@ export class Charts {
     for (const chart of this.charts) chart.plot.destroy();
   }
 
-  /** Draw a range. @param {{time: Float64Array, values: Float32Array[]}} data  @param {number[]} range [s] */
+  /** Draw a range. @param {{time: Float64Array, values: Float32Array[], live: boolean}} data  @param {number[]} range [s] */
   draw(data, range) {
+    this.live = data.live;
     for (const chart of this.charts) {
       const filled = chart.panel.signals.filter((number) => hasNumbers(data.values[number]));
       chart.box.hidden = filled.length === 0;
@@ -74,7 +75,7 @@ export class Charts {
     box.append(head);
     place.append(box);
     const errors = panel.signals.every((one) => ERROR_ROLES.has(this.run.signals[one].role));
-    const chart = { panel, box, head, keys: new Map(), range: null, errors, limit: Infinity, whole: false };
+    const chart = { panel, box, head, keys: new Map(), axis: new AxisRange(SPARE), errors, limit: Infinity, whole: false };
     const tall = panel.signals.some((one) => TALL_ROLES.has(this.run.signals[one].role));
     chart.height = tall && number === 0 ? HEIGHTS.first : HEIGHTS.other;
     chart.plot = new uPlot(this.#options(chart, place.clientWidth - 20), [[], ...panel.signals.map(() => [])], box);
@@ -151,7 +152,7 @@ export class Charts {
     chart.peak.hidden = true;
     chart.peak.onclick = () => {
       chart.whole = !chart.whole;
-      chart.range = null;
+      chart.axis = new AxisRange(SPARE);
       if (chart.data) this.draw(chart.data, chart.data.range);
     };
     chart.head.append(chart.peak);
@@ -178,18 +179,11 @@ export class Charts {
     }
   }
 
-  /** Return the range of an axis: it grows at once, and shrinks only if the lines fill little of it. */
+  /** Return the range of an axis: that of what is in view, with some patience while live. */
   #range(chart, low, high) {
     if (Number.isNaN(low) || Number.isNaN(high)) [low, high] = extremesOf(chart.columns); // a reading that is missing
-    if (low === null || high === null || !Number.isFinite(low) || !Number.isFinite(high)) return chart.range ?? [0, 1];
-    low = Math.max(low, -chart.limit);
-    high = Math.min(high, chart.limit);
-    const height = high - low || Math.abs(high) * 0.1 || 1;
-    const wanted = [low - SPARE * height, high + SPARE * height];
-    const old = chart.range;
-    if (old && old[0] <= low && old[1] >= high && height > SHRINK_BELOW * (old[1] - old[0])) return old;
-    chart.range = wanted;
-    return wanted;
+    if (low === null || high === null || !Number.isFinite(low) || !Number.isFinite(high)) return chart.axis.range ?? [0, 1];
+    return chart.axis.follow(Math.max(low, -chart.limit), Math.min(high, chart.limit), this.live, performance.now());
   }
 
   #selected(plot) {

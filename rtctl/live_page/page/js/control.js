@@ -26,8 +26,11 @@ export class Control {
   /** Show the fields while a run is under way. */
   async follow(recording) {
     document.getElementById("stop").disabled = !recording;
-    document.getElementById("control").hidden = !this.allowed || !recording;
-    if (this.allowed && recording && (await this.#ask())) this.#say("", false);
+    const box = document.getElementById("control");
+    box.hidden = !this.allowed || !recording;
+    if (!this.allowed || !recording || !(await this.#ask())) return;
+    this.#say("", false);
+    box.hidden = this.fields.length === 0; // an excitation can only be stopped
   }
 
   /** Show the values that the run has now; the fields stay, and so does what is being typed in them. */

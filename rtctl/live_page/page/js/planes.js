@@ -1,5 +1,6 @@
 /** Planes of two signals: the path of the newest rows with a trail that fades, or the samples of a range as dots. */
 
+import { AxisRange } from "./axis_range.js";
 import { alongAxis, capital, colour, colourOf, words } from "./colours.js";
 
 const HEIGHT = 210;
@@ -8,7 +9,6 @@ const TRAIL_ROWS = 2000; // newest rows of which a live plane shows the path
 const FADES = 6; // parts of a trail, each fainter than the next newer one
 const JUMP = 0.2; // share of the plane from which a move between two samples is no line
 const SPARE = 0.07;
-const SHRINK_BELOW = 0.6; // share of an axis that the loop fills before it shrinks
 const OUTSIDE = 0.003; // share of the values that an axis may leave outside, at each end
 
 export class Planes {
@@ -50,16 +50,13 @@ export class Planes {
     const canvas = document.createElement("canvas");
     box.append(head, canvas);
     place.append(box);
-    return { ...plane, box, canvas, across: null, up: null, labels: [axisLabel(x), axisLabel(y)] };
+    return { ...plane, box, canvas, across: new AxisRange(SPARE), up: new AxisRange(SPARE), labels: [axisLabel(x), axisLabel(y)] };
   }
 
-  /** Fit an axis: while live it stays unless the loop leaves it or fills little of it, so that the loop stands still. */
+  /** Fit an axis: while live with some patience, so that the loop stands still. */
   #fit(plane, columns, axis, live) {
     const [low, high] = most(columns);
-    const spare = SPARE * (high - low || Math.abs(high) || 1);
-    const old = live ? plane[axis] : null;
-    if (old && old[0] <= low && old[1] >= high && high - low > SHRINK_BELOW * (old[1] - old[0])) return;
-    plane[axis] = [low - spare, high + spare];
+    plane[axis].follow(low, high, live, performance.now());
   }
 
   #points(plane, across, up) {
@@ -82,8 +79,8 @@ export class Planes {
     }
     plane.width = width - EDGE.left - EDGE.right;
     plane.height = HEIGHT - EDGE.top - EDGE.bottom;
-    plane.px = (value) => EDGE.left + ((value - plane.across[0]) / (plane.across[1] - plane.across[0])) * plane.width;
-    plane.py = (value) => EDGE.top + (1 - (value - plane.up[0]) / (plane.up[1] - plane.up[0])) * plane.height;
+    plane.px = (value) => EDGE.left + ((value - plane.across.range[0]) / (plane.across.range[1] - plane.across.range[0])) * plane.width;
+    plane.py = (value) => EDGE.top + (1 - (value - plane.up.range[0]) / (plane.up.range[1] - plane.up.range[0])) * plane.height;
     const ctx = canvas.getContext("2d");
     ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
     ctx.clearRect(0, 0, width, HEIGHT);
@@ -102,7 +99,7 @@ function axes(ctx, plane) {
   ctx.fillStyle = colour("--dim");
   ctx.lineWidth = 1;
   ctx.textAlign = "center";
-  const across = ticks(plane.across, plane.width / 55);
+  const across = ticks(plane.across.range, plane.width / 55);
   const below = alongAxis(across);
   for (const [k, value] of across.entries()) {
     const x = Math.round(plane.px(value)) + 0.5;
@@ -110,7 +107,7 @@ function axes(ctx, plane) {
     ctx.fillText(below[k], x, EDGE.top + plane.height + 13);
   }
   ctx.textAlign = "right";
-  const up = ticks(plane.up, plane.height / 32);
+  const up = ticks(plane.up.range, plane.height / 32);
   const beside = alongAxis(up);
   for (const [k, value] of up.entries()) {
     const y = Math.round(plane.py(value)) + 0.5;

@@ -27,10 +27,11 @@ export class View {
     this.changed();
   }
 
-  /** Show a range [s]; null: the whole run. */
+  /** Show a range [s], moved to where the run is, should it begin before its start; null: the whole run. */
   show(range) {
     this.live = false;
-    this.range = range && range[1] - range[0] > LEAST_S ? [...range] : null;
+    const before_s = range ? Math.min(0, range[0]) : 0;
+    this.range = range && range[1] - range[0] > LEAST_S ? [range[0] - before_s, range[1] - before_s] : null;
     this.#fetch();
     this.changed();
   }
@@ -47,9 +48,11 @@ export class View {
     const { ring } = this;
     if (!ring.length) return null;
     const end = ring.time[ring.end - 1];
-    const from = ring.placeOf(end - this.seconds);
+    const begin = Math.max(0, end - this.seconds); // no time before the run's start
+    const from = ring.placeOf(begin);
     const values = ring.values.map((column) => column.subarray(from, ring.end));
-    return { time: ring.time.subarray(from, ring.end), values, range: [end - this.seconds, end], plane: values, step: 1 };
+    const range = [begin, Math.max(end, begin + this.run.period_s)];
+    return { time: ring.time.subarray(from, ring.end), values, range, plane: values, step: 1, live: true };
   }
 
   async #fetch() {
@@ -83,7 +86,7 @@ export function drawable(answer, signals, range) {
   const plane = columnsOf(answer.plane, signals);
   const step = answer.plane_step;
   const whole = range ?? [count ? begins[0] : 0, answer.end_s];
-  if (answer.exact) return { time: begins, values: low, range: whole, plane, step };
+  if (answer.exact) return { time: begins, values: low, range: whole, plane, step, live: false };
   const high = columnsOf(answer.high, signals);
   const time = new Float64Array(2 * count);
   for (let k = 0; k < count; k++) {
@@ -99,7 +102,7 @@ export function drawable(answer, signals, range) {
     }
     return both;
   });
-  return { time, values, range: whole, plane, step };
+  return { time, values, range: whole, plane, step, live: false };
 }
 
 function columnsOf(text, signals) {
