@@ -18,9 +18,9 @@ from plant_sim.oscillator.model import oscillator_simulation
 from plant_sim.oscillator.motion import Equation
 from plant_sim.oscillator.streaming import WITHOUT_MEMORY
 from rtctl.border.arrays import FloatArray
-from rtctl.border.drift import drifted_s
 from rtctl.border.errors import InputError
 from rtctl.border.exported.dynamics import Channel, Dynamics
+from rtctl.border.mechanisms import drift_of
 from rtctl.border.model_file import ModelFile
 
 WITH_STATES: dict[str, tuple[str, ...]] = {
@@ -98,7 +98,7 @@ class _Law:
                 found[at] = (drive[0, 0] - x[at]) / values["time_constant"]
                 drive = np.full((1, 3), x[at])
             elif one.id == "input.gain_drift":
-                drive = drive * (1.0 + values["rate"] * drifted_s(t, values["settling_time"]))
+                drive = drive * (1.0 + values["rate"] * float(drift_of(np.array(t), values["settling_time"])))
             elif one.drive is not None:
                 drive = one.drive(Driven(drive, 1.0), values).nodes
         level = float(drive[0, 0])

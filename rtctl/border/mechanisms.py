@@ -12,6 +12,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+import numpy as np
+
+from rtctl.border.arrays import FloatArray
+
 
 class Scales(NamedTuple):
     """Sizes of a motion (RMS, in the units of the data; times in s), with which parameters are compared."""
@@ -111,6 +115,27 @@ class Parameter:
     def unit_in(self, **data_units: str) -> str:
         """Return `unit` with the data's own units filled in."""
         return self.unit.format(**{name: f"({unit})" for name, unit in data_units.items()})
+
+
+STEADY = 0.0
+"""Settling time of a drift that goes on and on."""
+
+
+def settling_time() -> Parameter:
+    """Declare the time constant with which a drift settles; a steady one is tried by itself."""
+    return Parameter(
+        name="settling_time", unit="s", meaning="time constant with which the drift settles; 0: it does not",
+        scale=lambda s: s.duration, neutral=None, default=STEADY, simplest=STEADY, low=0.0, shape_range=(0.1, 1.0),
+        grid=2,
+    )  # fmt: skip
+
+
+def drift_of(time_s: FloatArray, settling_s: float) -> FloatArray:
+    """Return a drift over its first rate [s] at times of any shape [s]: d (1 - exp(-t / d)), t where it is steady."""
+    if settling_s == STEADY:
+        return time_s
+    settled: FloatArray = -settling_s * np.expm1(-time_s / settling_s)
+    return settled
 
 
 def plain_unit(unit: str) -> str:

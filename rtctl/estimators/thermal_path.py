@@ -14,7 +14,6 @@ from typing import NamedTuple
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.drift import drifted_s
 from rtctl.border.kernels import kernel
 from rtctl.hysteresis.preisach.model import PreisachParams, cooled_stack, preisach_step
 from rtctl.models.vo2 import Vo2Model
@@ -22,6 +21,7 @@ from rtctl.simulations.vo2.heat import (
     Powers,
     Step,
     advance,
+    drifted_s,
     first_temperature,
     heating_power,
     loop_current,

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rtctl.measured.columns.conversion import TableCache
-from rtctl.measured.columns.time_axis import StatedPeriod, check_stated_period
+from rtctl.measured.columns.time_axis import StatedPeriod, check_stated_period, decimation
 from rtctl.measured.readers import open_table
 from rtctl.measured.readers.stated.preamble import NumberedLine, Preamble, read_preamble, states_rate
 from rtctl.measured.readers.stated.rate import stated_period
@@ -199,3 +199,14 @@ def test_attributes_know_the_same_words(tmp_path: Path) -> None:
     assert stated_period({"fs_mHz": 500.0}) == (2.0, 'period by "fs_mHz"')
     assert stated_period({"timestep": 120}) is None
     assert stated_period({"rate": 5.0}) is None
+
+
+@pytest.mark.parametrize(
+    ("rate_hz", "every"),
+    [(500.0, 4), (2000.0 / 7.0, 7), (1999.0, 0), (1500.0, 0), (2.0, 0), (2000.0 / 60.0, 0)],
+)
+def test_a_file_may_have_one_of_several_samples_of_a_device_and_a_mistaken_unit_is_no_such_thing(
+    rate_hz: float, every: int
+) -> None:
+    assert decimation(StatedPeriod(5e-4, "line 1", is_of_device=True), rate_hz) == every
+    assert decimation(StatedPeriod(5e-4, "wf_increment"), rate_hz) == 0

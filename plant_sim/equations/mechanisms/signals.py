@@ -56,7 +56,7 @@ INPUT_SATURATION = replace(
     sensor=None, unread=None, stage=4,
 )  # fmt: skip
 _DRIFTED = "where({settling_time} > 0, {settling_time}*(1 - exp(-t/{settling_time})), t)"
-"""Drift over its first rate: see `rtctl.border.drift`."""
+"""Drift over its first rate: see `rtctl.border.mechanisms.drift_of`."""
 INPUTS: dict[str, SignalLaw] = {
     "delay": SignalLaw(delay.MECHANISM, "The {s} acts {delay} late."),
     "lag": SignalLaw(lag.MECHANISM, "The {s} lags with a time constant of {time_constant}."),

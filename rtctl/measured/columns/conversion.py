@@ -120,7 +120,9 @@ class TableCache:
         if header.period_s is not None:
             return StatedPeriod(header.period_s, header.period_key)
         if preamble.period_s is not None:
-            return StatedPeriod(preamble.period_s, f"period by {preamble.source}", preamble.rounding)
+            return StatedPeriod(
+                preamble.period_s, f"period by {preamble.source}", preamble.rounding, is_of_device=True
+            )
         return None
 
     def stated_unit(self, path: Path, name: str) -> str | None:

@@ -16,6 +16,8 @@ COARSEST_STAMP = 0.5
 _SHOWN = 4
 
 
+MOST_DECIMATED = 500.5
+"""Most samples of a device of which a file has one."""
 LONGEST_GAP = 5.0
 """Longest interval that resampling bridges, in usual ones: over more, a straight line is no measurement."""
 
@@ -28,6 +30,8 @@ class StatedPeriod(NamedTuple):
     """Under which key, or in which line."""
     rounding: float = 0.0
     """Relative size of the last digit with which it is written, where that matters."""
+    is_of_device: bool = False
+    """Whether it may be the rate of the device, of which the file has every second, third, ... sample."""
 
 
 def uniform_period(time_s: FloatArray, name: str, first_row: int, resolution_s: float = 0.0) -> float:
@@ -58,18 +62,29 @@ def _is_line(time_s: FloatArray, period_s: float, within_s: float) -> bool:
     return bool(np.abs(time_s - line).max() <= 1.01 * within_s)
 
 
+def decimation(stated: StatedPeriod, sample_rate_hz: float) -> int:
+    """Return of how many samples of the stated period a file has one, if it may have so few of them; 0: it may not.
+
+    By the numbers of a change of units, 60 or 1000, it is a mistake and no decimation.
+    """
+    every = 1.0 / (stated.period_s * sample_rate_hz)
+    count = round(every) if 1.5 < every <= MOST_DECIMATED else 0
+    is_one = count > 0 and abs(every / count - 1.0) <= TOLERANCE + stated.rounding
+    return count if stated.is_of_device and is_one and count != 60 else 0  # seconds of a minute
+
+
 def check_stated_period(
     stated: StatedPeriod | None, name: str, sample_rate_hz: float, *, in_manifest: bool = True
 ) -> None:
     """Raise ValueError where a file states another period [s] (under a key) than the manifest's or another column's."""
     if stated is None:
         return
-    period_s, key, rounding = stated
+    period_s, key, rounding, _ = stated
     other, end = (
         ("the manifest sample_rate_hz = ", "") if in_manifest else ("another column goes on at ", " Hz")
     )
     allowed = TOLERANCE + rounding
-    if not abs(period_s * sample_rate_hz - 1.0) <= allowed:
+    if not abs(period_s * sample_rate_hz - 1.0) <= allowed and not decimation(stated, sample_rate_hz):
         raise ValueError(
             f'the file states {1.0 / period_s:.6g} Hz for column "{name}" ({key} = {period_s:.6g} s), {other}'
             f"{sample_rate_hz:.6g}{end} (allowed difference {100 * allowed:.3g} %); correct one"

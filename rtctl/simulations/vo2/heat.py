@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.drift import drifted_s
 from rtctl.border.kernels import background_kernel, kernel, uncounted
+from rtctl.border.mechanisms import STEADY
 from rtctl.hysteresis.preisach.everett import everett
 from rtctl.hysteresis.preisach.model import MAX_EXTREMA, PreisachParams, preisach_step, uncounted_params
 from rtctl.models.vo2 import Vo2Model
@@ -48,6 +48,12 @@ class Step(NamedTuple):
     capacity: float
     stored: float
     phase: float
+
+
+@kernel
+def drifted_s(time_s: float, settling_s: float) -> float:
+    """Return `rtctl.border.mechanisms.drift_of` at one time."""
+    return time_s if settling_s == STEADY else -settling_s * math.expm1(-time_s / settling_s)
 
 
 @kernel

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.drift import drift_of
+from rtctl.border.mechanisms import drift_of
 from rtctl.border.simulation import FreeParameter, Prediction, Stimulus
 from rtctl.border.work import count_work
 from rtctl.models.vo2 import SURROGATE, Vo2Model

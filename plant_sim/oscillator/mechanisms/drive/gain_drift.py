@@ -9,7 +9,7 @@ import numpy as np
 
 from plant_sim.oscillator.mechanism import Driven, OscillatorMechanism, Values, coefficient
 from rtctl.border.arrays import FloatArray
-from rtctl.border.drift import drift_of, settling_time
+from rtctl.border.mechanisms import drift_of, settling_time
 
 
 def drifting(drive: Driven, p: Values) -> Driven:

@@ -4,7 +4,7 @@ d is the settling time; without one the reading is z + rate t.
 """
 
 from plant_sim.oscillator.mechanism import Moved, OscillatorMechanism, Values, coefficient
-from rtctl.border.drift import drift_of, settling_time
+from rtctl.border.mechanisms import drift_of, settling_time
 
 
 def drifting(moved: Moved, p: Values) -> Moved:

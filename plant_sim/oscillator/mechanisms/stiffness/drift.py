@@ -11,7 +11,7 @@ from typing import Any
 from plant_sim.oscillator.equation.binding import law
 from plant_sim.oscillator.equation.elementary import fading
 from plant_sim.oscillator.mechanism import Memory, OscillatorMechanism, Values, coefficient
-from rtctl.border.drift import STEADY, settling_time
+from rtctl.border.mechanisms import STEADY, settling_time
 
 
 # 8 parameters because every memory law has them (`plant_sim.oscillator.equation.memory`)

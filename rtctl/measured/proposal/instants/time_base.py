@@ -15,6 +15,7 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
+from rtctl.measured.columns.time_axis import StatedPeriod, decimation
 from rtctl.measured.columns.time_column import TimeColumn, TimeUnit, seconds
 from rtctl.measured.proposal.candidates import is_count
 from rtctl.measured.proposal.given import NONE, column_and_unit
@@ -74,7 +75,9 @@ def find_time(surveys: Sequence[Survey], answers: Answers, homes: Homes = frozen
         if answers.time is None:
             for survey in surveys:
                 _check_rate(survey, answers.sample_rate_hz, homes)
-        return Time(TimeGuess(rate_hz=answers.sample_rate_hz, why="you said so"))
+        lines = _told_rate(_without_others(surveys[0], homes))
+        remark = _one_of_several(lines, answers.sample_rate_hz)
+        return Time(TimeGuess(rate_hz=answers.sample_rate_hz, why="you said so"), unsure=remark)
     columns = surveys[0].columns
     if answers.time not in (None, NONE):
         name, unit = column_and_unit(str(answers.time), columns, "--time")
@@ -240,8 +243,19 @@ def _of_column(column: Column, given_unit: str, why: str, told: ToldRate | None)
         return Time(TimeGuess(column=column.name, unit=_time_unit(given_unit), why=why))
     unit = read_column(column).unit
     if unit.text and quantity_of(unit.text) == "time":
-        return Time(TimeGuess(column=column.name, unit=unit.text, why=f"{why}; {unit.source}"))
+        guess = TimeGuess(column=column.name, unit=unit.text, why=f"{why}; {unit.source}")
+        step_s = float(np.median(np.diff(read_time(column, unit.text).time_s)))
+        return Time(guess, unsure=_one_of_several(told, 1.0 / step_s) if step_s > 0.0 else ())
     return _of_unknown_unit(column, why, told)
+
+
+def _one_of_several(told: ToldRate | None, rate_hz: float) -> tuple[str, ...]:
+    """Return the remark that a file has one of several samples of the rate that it tells, where that is so."""
+    if told is None:
+        return ()
+    every = decimation(StatedPeriod(1.0 / told.rate_hz, told.source, is_of_device=True), rate_hz)
+    text = f"rate: {told.source} gives {told.rate_hz:.6g} Hz; by its time the file has one of {every} of those samples"
+    return (text,) if every else ()
 
 
 def _of_unknown_unit(column: Column, why: str, told: ToldRate | None) -> Time:

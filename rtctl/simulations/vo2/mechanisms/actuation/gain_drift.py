@@ -5,7 +5,7 @@ d is the settling time; without one the current is i (1 + rate t).
 
 import numpy as np
 
-from rtctl.border.drift import drift_of, settling_time
+from rtctl.border.mechanisms import drift_of, settling_time
 from rtctl.simulations.vo2.mechanism import Pieces, Values, Vo2Mechanism, coefficient
 
 INSTANTS = np.array([0.0, 0.5, 1.0])

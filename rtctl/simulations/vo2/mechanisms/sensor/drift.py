@@ -3,7 +3,7 @@
 Without one D + rate t is read. The resistance's drift is `sensor.ageing`.
 """
 
-from rtctl.border.drift import drift_of, settling_time
+from rtctl.border.mechanisms import drift_of, settling_time
 from rtctl.simulations.vo2.mechanism import Read, Values, Vo2Mechanism, coefficient
 
 

@@ -8,7 +8,7 @@ semiconductor conducts less by `activation`, the beam bends by -`expansion`.
 
 import numpy as np
 
-from rtctl.border.drift import settling_time
+from rtctl.border.mechanisms import settling_time
 from rtctl.simulations.vo2.mechanism import (
     ACTIVATION,
     EXPANSION,
