@@ -10,6 +10,7 @@ from vo2_model_cases import PERIOD_S, UNITS, predict, simulation, small_model, t
 
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.diagnose import diagnose
+from rtctl.diagnosis.report.changed_signal import differs_from_file
 from rtctl.diagnosis.result import Diagnosis
 from rtctl.diagnosis.search.holdout_error import simulate_free_run
 from rtctl.diagnosis.search.request import DiagnosisOptions
@@ -63,6 +64,13 @@ def test_an_offset_without_which_the_error_returns_is_a_cause(
 
 def test_an_offset_of_the_size_of_identification_errors_is_none() -> None:
     assert answer(-0.003).verdict == "adequate"
+
+
+@pytest.mark.parametrize("offset_mA", [0.0, -0.6])
+def test_a_value_whose_interval_holds_that_of_the_file_has_not_changed(offset_mA: float) -> None:
+    """Where the fit without a correction ended in another minimum, the correction seems to matter and is none."""
+    tested = answer(offset_mA, ("actuation.delay",)).fits.after
+    assert differs_from_file("parameter.current_offset", simulation(), tested) == (offset_mA != 0.0)
 
 
 @pytest.mark.slow

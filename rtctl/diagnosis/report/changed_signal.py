@@ -103,9 +103,14 @@ def _told(
     answer: Diagnosis, request: SearchRequest, given: Simulation, holdout: HoldoutData, without: Hypothesis,
     changes: Sequence[_Change], share: float,
 ) -> Diagnosis:  # fmt: skip
-    """Return the answer with the best change among its causes; the model has it, unless its loops fit corrections."""
+    """Return the answer with the best change among its causes; the model has it, unless its loops fit corrections.
+
+    A change by no more than its own uncertainty is none, and the answer stays as it is.
+    """
     problem, noise = answer.problem, answer.fits.after.noise
     before, after = (run_residual_tests(one, problem, (), noise) for one in (without, changes[0].fit))
+    if not differs_from_file(changes[0].id, given, after):  # the fit without corrections has ended elsewhere
+        return answer
     cause = _cause(answer, given, changes, after, share)
     answer = _judged_anew(answer, request, changes[0].fit) if answer.verdict == "unexplained" else answer
     if answer.search.hysteresis_refit:
@@ -211,6 +216,19 @@ def _fit_mechanism(
             values[k] = START * one.declared.scale(answer.problem.scales)
     held = {**corrections, f"{identity}.{KNOWN}": 0.0}
     return _fit(answer, extended.with_values(values), given, held)
+
+
+def differs_from_file(identity: str, given: Simulation, tested: TestedHypothesis) -> bool:
+    """Return whether a change is one by its interval: the value of the file, or no effect, is outside of it."""
+    name = identity.removeprefix("parameter.")
+    if name != identity:
+        estimate = estimates_of(tested, "")[name]
+        before = next(one.value for one in given.parameters if one.name == name)
+        return not estimate.low <= before <= estimate.high
+    estimates = estimates_of(tested, identity)
+    mechanism = next(one for one in tested.hypothesis.simulation.mechanisms if one.id == identity)
+    own = [(estimates[one.name], one.neutral) for one in mechanism.amplitudes if one.name in estimates]
+    return any(neutral is not None and not one.low <= neutral <= one.high for one, neutral in own)
 
 
 def _cause(
