@@ -20,7 +20,7 @@ from plant_sim.oscillator.streaming import WITHOUT_MEMORY
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
 from rtctl.border.exported.dynamics import Channel, Dynamics
-from rtctl.border.mechanisms import drift_of
+from rtctl.border.mechanisms import drift_of, without_brackets
 from rtctl.border.model_file import ModelFile
 
 WITH_STATES: dict[str, tuple[str, ...]] = {
@@ -53,14 +53,15 @@ def oscillator_dynamics(model: ModelFile, source: str) -> Dynamics:
     equation = Equation.of(simulation.parameters, acting, values)
     law = _Law(equation, [(one, simulation.values_of(one, values[0])) for one in acting])
     u, z = simulation.units["drive"], simulation.units["displacement"]
+    rate = without_brackets(f"({z})/s")
     return Dynamics(
         kind="oscillator",
         inputs=(Channel(name="drive", unit=u),),
         states=(
-            Channel(name="displacement", unit=z), Channel(name="velocity", unit=f"({z})/s"),
+            Channel(name="displacement", unit=z), Channel(name="velocity", unit=rate),
             *(Channel(name=name, unit=unit) for name, unit in law.further_states(u, z)),
         ),
-        outputs=(Channel(name="displacement", unit=z), Channel(name="velocity", unit=f"({z})/s")),
+        outputs=(Channel(name="displacement", unit=z), Channel(name="velocity", unit=rate)),
         initial=law.initial(),
         rates=law.rates,
         read=law.read,
@@ -79,7 +80,7 @@ class _Law:
     def further_states(self, drive: str, displacement: str) -> list[tuple[str, str]]:
         """Return names and units of the states after displacement and velocity; "": the mechanism's own."""
         own = [(f"mechanism.{k}", "") for k in range(self._equation.states)]
-        units = {"drive.lag": drive, "mode.second.rate": f"({displacement})/s"}
+        units = {"drive.lag": drive, "mode.second.rate": without_brackets(f"({displacement})/s")}
         return [*own, *((name, units.get(name, displacement)) for name in self._path)]
 
     def initial(self) -> FloatArray:

@@ -10,7 +10,7 @@ from plant_sim.oscillator.nominal import NOMINAL_PARAMETERS
 from plant_sim.oscillator.simulation import OscillatorSimulation
 from plant_sim.oscillator.steady.simulation import SteadySimulation, steady_simulation
 from rtctl.border.errors import InputError, nearest
-from rtctl.border.mechanisms import Parameter
+from rtctl.border.mechanisms import Parameter, without_brackets
 from rtctl.border.model_file import ModelFile, Value
 from rtctl.border.motion import lowest_response, with_displacement
 from rtctl.border.simulation import FreeParameter
@@ -43,7 +43,7 @@ def oscillator_simulation(model: ModelFile, units: Mapping[str, str], source: st
     outputs = ("displacement", "velocity", *(["acceleration"] if "acceleration" in units else []))
     response = lowest_response(units) or "displacement"
     units = with_displacement(units)
-    units = {"velocity": f"({units['displacement']})/s", **units}
+    units = {"velocity": without_brackets(f"({units['displacement']})/s"), **units}
     reading = _Reading(units, source, response)
     for name in model.model.parameters.keys() - set(NOMINAL_NAMES):
         reading.problem(f"unknown parameter model.parameters.{name}{nearest(name, NOMINAL_NAMES)}")

@@ -113,8 +113,8 @@ class Parameter:
         return self.neutral is None
 
     def unit_in(self, **data_units: str) -> str:
-        """Return `unit` with the data's own units filled in."""
-        return self.unit.format(**{name: f"({unit})" for name, unit in data_units.items()})
+        """Return `unit` with the data's own units filled in, in no more brackets than it needs."""
+        return without_brackets(self.unit.format(**{name: f"({unit})" for name, unit in data_units.items()}))
 
 
 STEADY = 0.0
@@ -140,11 +140,16 @@ def drift_of(time_s: FloatArray, settling_s: float) -> FloatArray:
 
 def plain_unit(unit: str) -> str:
     """Simplify a unit, `(mm)/(s^2*((V)))` to `mm/(s^2*V)`; the empty text for a number without unit."""
+    return without_brackets(unit).removeprefix("dimensionless")
+
+
+def without_brackets(unit: str) -> str:
+    """Return a unit without the brackets around single names, which change nothing; `ln(ohm)` keeps its own."""
     before = ""
     while before != unit:
-        before, unit = unit, re.sub(r"\(\(([^()]*)\)\)", r"(\1)", re.sub(r"\((\w+)\)", r"\1", unit))
+        before, unit = unit, re.sub(r"\(\(([^()]*)\)\)", r"(\1)", re.sub(r"(?<!\w)\((\w+)\)", r"\1", unit))
     whole = re.fullmatch(r"\(([^()]*)\)", unit)
-    return (whole[1] if whole else unit).removeprefix("dimensionless")
+    return whole[1] if whole else unit
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -11,6 +11,7 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray
+from rtctl.border.mechanisms import without_brackets
 from rtctl.campaign.file import SETTINGS
 from rtctl.campaign.plan import Plan
 from rtctl.campaign.records import record_errors
@@ -59,7 +60,7 @@ def _motions(plan: Plan, points: FloatArray) -> dict[str, tuple[pa.Array, str]]:
     made = {}
     for name in plan.campaign.campaign.outputs:
         make, unit = _OUTPUTS[name]
-        made[name] = make(orbits, drive, lanes), unit.format(z=plan.units["displacement"])
+        made[name] = make(orbits, drive, lanes), without_brackets(unit.format(z=plan.units["displacement"]))
     return made
 
 

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rtctl.border.errors import InputError, nearest
+from rtctl.border.mechanisms import without_brackets
 from rtctl.border.model_file import ModelFile
 from rtctl.border.units.quantities import parse_quantity
 from rtctl.campaign.design import Axis, Design, grid_size
@@ -82,7 +83,7 @@ def read_plan(path: Path) -> Plan:
     units = _units(campaign, model, path)
     forced = build_forced(model, units, str(model_path))
     z, u = units["displacement"], units["drive"]
-    own = {"frequency": "Hz", "amplitude": u, "displacement": z, "velocity": f"({z})/s"}
+    own = {"frequency": "Hz", "amplitude": u, "displacement": z, "velocity": without_brackets(f"({z})/s")}
     resolved = _Resolved(path, {**own, **{one.name: one.unit for one in forced.parameters}})
     axes = tuple(resolved.axis(name, factor) for name, factor in campaign.factors.items())
     fixed = resolved.settings(campaign)

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rtctl.border.errors import InputError
+from rtctl.border.mechanisms import without_brackets
 from rtctl.border.records import DeviceProfile
 
 SETPOINT = "setpoint"
@@ -38,9 +39,9 @@ def units_of_parameters(profile: DeviceProfile, *, is_played: bool) -> dict[str,
         return {SETPOINT: command}
     return {
         SETPOINT: output,
-        "controller.kp": f"({command})/({output})",
-        "controller.ki": f"({command})/(({output})*s)",
-        "controller.kd": f"({command})*s/({output})",
+        "controller.kp": without_brackets(f"({command})/({output})"),
+        "controller.ki": without_brackets(f"({command})/(({output})*s)"),
+        "controller.kd": without_brackets(f"({command})*s/({output})"),
     }
 
 

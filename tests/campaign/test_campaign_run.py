@@ -30,7 +30,7 @@ def test_one_process_and_two_give_the_same_bytes_and_a_table_with_units(tmp_path
     assert len(parts(tmp_path / "1")) == 6
     table = ds.dataset(tmp_path / "1" / "parts", format="parquet").to_table()
     assert table.column("trajectory").to_pylist() == list(range(84))
-    assert table.schema.field("velocity").metadata == {b"unit": b"(mm)/s"}
+    assert table.schema.field("velocity").metadata == {b"unit": b"mm/s"}
     assert set(table.column("displacement").to_pylist()) == {-12.0, -7.0, 3.0, 7.0}
     assert set(table.column("kind").to_pylist()) >= {"intrawell", "interwell", "chaotic"}
     summary = json.loads((tmp_path / "1" / "summary.json").read_text())

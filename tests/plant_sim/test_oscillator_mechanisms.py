@@ -516,14 +516,14 @@ def test_a_value_in_another_unit_is_converted() -> None:
 @pytest.mark.parametrize(
     ("identity", "values", "words"),
     [
-        ("friction.coulomb", {"level": (1.8, "mm/s")}, ["model.mechanisms.0.parameters.level", '"mm/s"', "(mm)/s^2"]),
-        ("friction.coulomb", {}, ["model.mechanisms.0.parameters.level", "mm)/s^2", "missing"]),
+        ("friction.coulomb", {"level": (1.8, "mm/s")}, ["model.mechanisms.0.parameters.level", '"mm/s"', "mm/s^2"]),
+        ("friction.coulomb", {}, ["model.mechanisms.0.parameters.level", "[mm/s^2]", "missing"]),
         ("friction.coulomb", {"levle": (1.8, "mm/s^2")}, ["model.mechanisms.0.parameters.levle", 'mean "level"?']),
         ("friction.columb", {}, ["model.mechanisms.0.id", '"friction.columb"', 'mean "friction.coulomb"?']),
         ("friction.coulomb", {"level": (-1.0, "mm/s^2")}, ["model.mechanisms.0.parameters.level = -1", "between 0"]),
         ("input.hold", {"toward_zero": (1.5, "")}, ["model.mechanisms.0.parameters.toward_zero = 1.5", "0 and 1"]),
         ("stiffness.viscoelastic", {"stiffness": (9.0, "1/s^2")}, ["parameters.time_constant", "[s]", "missing"]),
-        ("sensor.saturation", {"clipped": (1.0, "")}, ["model.mechanisms.0.parameters.limit", "(mm)", "missing"]),
+        ("sensor.saturation", {"clipped": (1.0, "")}, ["model.mechanisms.0.parameters.limit", "[mm]", "missing"]),
     ],
 )  # fmt: skip
 def test_what_is_wrong_with_a_mechanism_is_told_with_file_key_and_what_is_near(

@@ -6,7 +6,6 @@ motion backwards.
 
 from __future__ import annotations
 
-import re
 from typing import NamedTuple
 
 from rtctl.border.simulation import Simulation
@@ -25,8 +24,7 @@ def joint_statements(simulation: Simulation) -> dict[str, list[str]]:
     friction = friction_by_direction(simulation)
     if friction is None:
         return {}
-    unit = re.sub(r"\((\w+)\)", r"\1", friction.unit)
-    forwards, backwards = (f"{level:.4g} {unit}" for level in (friction.forwards, friction.backwards))
+    forwards, backwards = (f"{level:.4g} {friction.unit}" for level in (friction.forwards, friction.backwards))
     return {
         "friction.coulomb": [
             "With the constant force that drive.offset stands for, it depends on the direction: "

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from rtctl.border.errors import InputError
 from rtctl.border.exported.c_plant import CPlant, CVariable
+from rtctl.border.mechanisms import without_brackets
 
 TIME = 0
 """Value reference of the time; those of the inputs follow, `FIRST_INPUT` in C."""
@@ -80,7 +81,8 @@ def _listed(plant: CPlant) -> Iterator[tuple[Section, int, CVariable]]:
         yield INPUTS, k, one
     for k, one in enumerate(plant.inputs):
         meaning = f"rate of {one.name} from a communication point to the next one; 0: it is held"
-        yield SLOPES, k, CVariable(name=SLOPE.format(name=one.name), unit=f"({one.unit})/s", meaning=meaning)
+        unit = without_brackets(f"({one.unit})/s")
+        yield SLOPES, k, CVariable(name=SLOPE.format(name=one.name), unit=unit, meaning=meaning)
     for k, one in enumerate(plant.outputs):
         yield OUTPUTS, k, one
     for k, one in enumerate(plant.states):

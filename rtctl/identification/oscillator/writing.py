@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -28,19 +27,12 @@ def make_nominal_model(build: Build, units: Mapping[str, str], without: Sequence
         model=ModelTable(
             kind=KIND,
             parameters={
-                one.name: Value(value=0.0, unit=_simplify_unit(one.unit))
+                one.name: Value(value=0.0, unit=one.unit)
                 for one in empty.parameters
                 if one.name in NOMINAL and one.name not in without
             },
         )
     )
-
-
-def _simplify_unit(unit: str) -> str:
-    """Remove brackets around single names: 1/((V)^2*s^2) becomes 1/(V^2*s^2)."""
-    while (shorter := re.sub(r"\((\w+)\)|\((\([^()]*\))\)", r"\1\2", unit)) != unit:
-        unit = shorter
-    return unit
 
 
 def write_model(start: ModelFile, fit: Fit, *, with_errors: bool) -> ModelFile:
