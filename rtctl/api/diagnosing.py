@@ -15,6 +15,7 @@ from rtctl.api.inputs import PathText, path_of
 from rtctl.api.model import Model, kind_of, model_of
 from rtctl.border.equations.file import EquationsFile
 from rtctl.border.errors import InputError, nearest
+from rtctl.border.work import current_meter
 from rtctl.diagnosis.problem.cancellation import CancellationToken
 from rtctl.diagnosis.search.request import DiagnosisOptions
 from rtctl.extras import require
@@ -203,7 +204,7 @@ def diagnose(
     simulation = simulation_of(model.kind, model.content, stored, source)
     data = dataset_of(dataset)
     ids = _chosen(mechanisms, simulation)
-    with watched_search(f"diagnose {data.name}", options.cancellation, report) as heard:
+    with watched_search(f"diagnose {data.name}", options.cancellation, report, options.work) as heard:
         answer = internal.diagnose(data, model.content, simulation, ids, options, heard)
     celsius = describe_celsius(model.content, data) if isinstance(model.content, EquationsFile) else ()
     answer = replace(answer, warnings=(*data.remarks, *celsius, *answer.warnings))
@@ -212,11 +213,33 @@ def diagnose(
 
 @contextmanager
 def watched_search(
-    title: str, cancellation: CancellationToken, report: Reporter
+    title: str, cancellation: CancellationToken, report: Reporter, work: float | None = None
 ) -> Iterator[Callable[[str], None]]:
-    """Yield what hears of each fit of a search; Ctrl-C or SIGTERM cancels it, a second Ctrl-C interrupts at once."""
-    with stop_on_interrupt(cancellation.cancel), report.fits(title) as show:
+    """Yield what hears of each fit of a search; Ctrl-C or SIGTERM cancels it, a second Ctrl-C interrupts at once.
+
+    Args:
+        title: What is searched.
+        cancellation: Is set by the first Ctrl-C.
+        report: How it is shown.
+        work: Simulated steps after which no further fit begins; None: no limit.
+    """
+
+    def share() -> float | None:
+        meter = current_meter()  # of the search, which calls
+        return None if meter is None or not work else meter.steps / work
+
+    with stop_on_interrupt(cancellation.cancel), report.fits(title, share, stage_of_search) as show:
         yield lambda text: show("stopping: writing what is done" if cancellation.cancelled else text)
+
+
+def stage_of_search(text: str) -> str:
+    """Return the stage of a search that a fit of these causes belongs to; a text that names none is a stage itself."""
+    names = text.split(" + ")
+    if " " in text.replace(" + ", ""):
+        return text
+    if names[0].startswith("nonparametric."):
+        return "laws without a formula, for comparison"
+    return "causes one at a time" if len(names) == 1 else f"sets of {len(names)} causes"
 
 
 def _chosen(asked: Sequence[str] | str | None, simulation: Simulation) -> tuple[str, ...]:

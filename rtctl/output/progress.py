@@ -10,10 +10,12 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from html import escape
 from typing import Any
 
 from rtctl.border.errors import InputError
+from rtctl.output.fit_lines import FitLines, Share, Stage, work_texts
 from rtctl.output.live_line import Show, live_line
 from rtctl.output.tables import plain
 
@@ -61,10 +63,12 @@ class Reporter:
                 yield show_line
 
     @contextmanager
-    def fits(self, title: str) -> Iterator[Callable[[str], None]]:
-        """Show the fit under way, whose number is not known before: a bar, or one line a fit in a log."""
+    def fits(
+        self, title: str, share: Share = lambda: None, stage_of: Stage = lambda text: text
+    ) -> Iterator[Callable[[str], None]]:
+        """Show the fit under way, whose number is not known before: a bar, or a line now and then in a log."""
         if self.listener is None:
-            with _fits(title, quiet=self.quiet) as show:
+            with _fits(title, share, stage_of, quiet=self.quiet) as show:
                 yield show
             return
         hear = self.listener
@@ -115,22 +119,14 @@ def progress_bar(title: str, total: int, *, quiet: bool, forced: bool = False) -
 
 
 @contextmanager
-def _fits(title: str, *, quiet: bool) -> Iterator[Callable[[str], None]]:
+def _fits(title: str, share: Share, stage_of: Stage, *, quiet: bool) -> Iterator[Callable[[str], None]]:
     if quiet:
         yield lambda text: None
     elif in_notebook():
         with _notebook_line() as show:
             yield lambda text: show(f"{title}: {text}", None)
     elif not sys.stderr.isatty():
-        last = ""
-
-        def line(text: str) -> None:
-            nonlocal last
-            if text != last:  # a mechanism is fitted from several starts
-                say(f"  {text}", quiet=False)
-            last = text
-
-        yield line
+        yield FitLines(title, share, stage_of, partial(say, quiet=False)).show
     else:
         from rich.console import Console
         from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
@@ -138,12 +134,17 @@ def _fits(title: str, *, quiet: bool) -> Iterator[Callable[[str], None]]:
 
         columns = (
             TextColumn("{task.description}"), BarColumn(bar_width=20), TimeElapsedColumn(),
-            TextColumn("{task.completed} fits, now {task.fields[now]}", markup=False),
+            TextColumn("{task.completed} fits{task.fields[work]}, now {task.fields[now]}", markup=False),
         )  # fmt: skip
         with Bars(*columns, console=Console(stderr=True), transient=True) as bar:
             # no total: how many fits there will be depends on what the first ones find
-            task = bar.add_task(title.replace("[", r"\["), total=None, now="")
-            yield lambda text: bar.update(task, advance=1, now=text)
+            task = bar.add_task(title.replace("[", r"\["), total=None, now="", work="")
+
+            def update(text: str) -> None:
+                texts = work_texts(0.0, share())
+                bar.update(task, advance=1, now=text, work=f", {texts[0]}" if texts else "")
+
+            yield update
 
 
 def in_notebook() -> bool:

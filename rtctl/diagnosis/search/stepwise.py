@@ -221,7 +221,8 @@ def correct_identified_model(state: SearchState) -> SearchState:
     It comes before a third cause, which would only explain the errors of that part.
     """
     correct = state.settings.correct_model
-    state.settings.report(f"{state.size} causes do not explain it")
+    tried = "one cause does not" if state.size == 1 else f"{state.size} causes do not"
+    state.settings.report(f"{tried} explain it")
     state.problem.cancellation.raise_if_cancelled()
     if correct is None or state.size != state.limits.beam_size or state.out_of_work:
         return state

@@ -1,0 +1,46 @@
+"""In a pipe a long search prints a line at each stage and now and then: elapsed time, share of its work, no ids."""
+
+from __future__ import annotations
+
+import pytest
+
+from rtctl.api.diagnosing import stage_of_search
+from rtctl.output.fit_lines import FitLines, work_texts
+
+REST = "more if it needs all of it"
+
+
+def test_a_line_a_stage_and_one_now_and_then() -> None:
+    printed, now_s, share = list[str](), 0.0, 0.0
+    lines = FitLines("diagnose x", lambda: share, stage_of_search, printed.append, lambda: now_s)
+    lines.show("the nominal model")
+    for k in range(120):  # two fits a second
+        now_s, share = 0.5 * (k + 1), 0.005 * (k + 1)
+        lines.show(("friction.coulomb", "drive.delay")[k % 2] + (" + mode.second" if k >= 60 else ""))
+    assert printed == [
+        "diagnose x: 0:00, the nominal model",
+        "diagnose x: 0:00, causes one at a time",
+        f"diagnose x: 0:16, causes one at a time, 31 fits so far, 16% of the work budget, 1:24 {REST}",
+        f"diagnose x: 0:30, sets of 2 causes, 61 fits so far, 30% of the work budget, 1:10 {REST}",
+        f"diagnose x: 0:46, sets of 2 causes, 91 fits so far, 46% of the work budget, 0:54 {REST}",
+    ]
+
+
+def test_without_a_budget_no_share_is_told_and_beyond_it_no_time() -> None:
+    assert work_texts(10.0, None) == []
+    assert work_texts(10.0, 1.2) == ["the work budget is used up: the last comparisons"]
+    assert work_texts(1.0, 0.5) == ["50% of the work budget"], "too early for a time"
+
+
+@pytest.mark.parametrize(
+    ("text", "stage"),
+    [
+        ("the nominal model", "the nominal model"),
+        ("drive.lag", "causes one at a time"),
+        ("drive.lag + mode.second + friction.coulomb", "sets of 3 causes"),
+        ("nonparametric.spring", "laws without a formula, for comparison"),
+        ("2 causes do not explain it", "2 causes do not explain it"),
+    ],
+)
+def test_a_fit_belongs_to_a_stage(text: str, stage: str) -> None:
+    assert stage_of_search(text) == stage
