@@ -36,9 +36,9 @@ MAX_RESIDUAL_SHARE = 0.3
 LEAST_SAMPLES_PER_UNKNOWN = 5
 """Scored samples for each unknown below which nothing is fitted: none would be left to tell the noise."""
 NOT_TRUSTED = (
-    "do not use this model, because it leaves {:.3g} % of what {} does. Check that inputs and outputs are not swapped "
-    "and belong together, the sample rate and the units; give better values to start from, or bounds (low, high), or "
-    "what the equations lack"
+    "do not use this model, because it leaves {:.3g} % of what {} does. First run rtctl diagnose with it, which names "
+    "what the equations lack. If it names nothing, give better values to start from, or bounds (low, high); check the "
+    "sample rate and the units, and that inputs and outputs are not swapped and belong together"
 )
 HELD = (
     "these data cannot tell {} apart, and no other input would: only combinations of them act on what is measured. {}, "

@@ -41,9 +41,9 @@ LEAST_SAMPLES_PER_UNKNOWN = 10
 Fewer leave no residual from which noise and standard errors could be estimated.
 """
 NOT_TRUSTED = (
-    "do not use this model, because {left}. Check that drive and displacement are not swapped and belong together, the "
-    "sample rate, and the units; give a start model (--model) with better values or with what the equation lacks, and "
-    "run rtctl diagnose, which names what is missing"
+    "do not use this model, because {left}. First run rtctl diagnose with it, which fits again and names what the "
+    "equation lacks, such as a delay or friction. If it names nothing, give a start model (--model) with better "
+    "values; check the sample rate and the units, and that drive and response are not swapped and belong together"
 )
 UNDRIVEN = (
     "the drive is constant in all fitted records, so nothing shows the gain from it to the motion: drive_gain is left "
