@@ -150,7 +150,8 @@ class Diagnosis:
     def derived(self) -> tuple[Derived, ...]:
         """Return what follows from the parameters of the extended model, or of the re-fitted nominal one."""
         tested = self.fits.after if self.causes else self.fits.before
-        return tuple(self.problem.subject.derive(self.model, estimates_by_mechanism(tested), self.units))
+        estimates = estimates_by_mechanism(tested)
+        return tuple(self.problem.subject.derive(self.model, estimates, self.units, self.problem))
 
     @property
     def json(self) -> dict[str, Any]:

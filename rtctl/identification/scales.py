@@ -42,6 +42,26 @@ def estimate_scales(records: Sequence[FitRecord], output: str | None = None, dri
     )
 
 
+def find_largest_displacement(records: Sequence[FitRecord], rate: float | None = None) -> float:
+    """Return the largest scored displacement, or about that of a velocity or acceleration, from its angular frequency.
+
+    Args:
+        records: Records of the motion.
+        rate: Angular frequency of the motion [1/s]; None: the dominant one.
+    """
+    output = response_of(records)
+    scored = [record.measured[output][record.first :] for record in records]
+    if "frequency" in records[0].stimulus.inputs:
+        scored = [np.hypot(values[::2], values[1::2]) for values in scored]
+    largest = max((float(np.abs(values).max()) for values in scored if len(values)), default=0.0)
+    order = derivative_order(output)
+    if not order:
+        return largest
+    if rate is None:
+        rate = estimate_scales(records, output).rate
+    return largest / rate**order
+
+
 def find_resonance(records: Sequence[FitRecord], output: str) -> float:
     """Return the angular frequency [1/s] at which sweeps have their largest velocity over the drive."""
     largest, found = -1.0, 0.0

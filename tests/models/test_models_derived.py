@@ -110,3 +110,38 @@ def test_an_interval_is_that_of_the_linearised_function() -> None:
     assert product.high - product.value == pytest.approx(math.hypot(4.0 * 0.03, 12.0 * 0.1))
     assert derive("p", "1", lambda a: 1.0 / a, estimate(0.0, "1")) == []
     assert derive("p", "1", lambda a: a, None) == []
+
+
+@pytest.mark.parametrize(("k3", "spring"), [(900.0, "hardening spring"), (-900.0, "softening spring")])
+def test_a_cubic_spring_that_matters_is_told_where_it_equals_the_linear_one(k3: float, spring: str) -> None:
+    """Of a beam: k = 69657 1/s^2, k3 z^2 = k at 8.8 um."""
+    beam = {
+        "stiffness": estimate(69657.0, "1/s^2", 10.0),
+        "stiffness_cubic": estimate(k3, "1/(um^2*s^2)", 9.0),
+    }
+    units = {"drive": "V", "displacement": "mm"}
+    found = [one for one in derive_oscillator({"": beam}, units, 0.0211) if spring in one.name]
+    where, share = found
+    assert where.name == f"{spring}: cubic force equals linear force at"
+    assert (where.value, where.unit) == (pytest.approx(1e-3 * math.sqrt(69657.0 / 900.0)), "mm")
+    assert share.name == f"{spring}: at the largest displacement, 21.1 um, cubic over linear force"
+    assert share.value == pytest.approx(k3 * 21.1**2 / 69657.0)
+    assert share.high - share.value == pytest.approx(0.01 * abs(share.value), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("k3", "half", "largest"),
+    [(0.5, 0.01, 21.1), (900.0, 1000.0, 21.1), (900.0, 9.0, 0.5), (900.0, 0.0, 21.1), (900.0, 9.0, 0.0)],
+    ids=["weak", "within its interval", "small motion", "no interval", "motion not known"],
+)
+def test_a_cubic_spring_that_does_not_matter_is_not_told(k3: float, half: float, largest: float) -> None:
+    beam = {"stiffness": estimate(69657.0, "1/s^2"), "stiffness_cubic": estimate(k3, "1/(um^2*s^2)", half)}
+    units = {"drive": "V", "displacement": "um"}
+    assert not [one for one in derive_oscillator({"": beam}, units, largest) if "spring" in one.name]
+
+
+def test_the_cubic_force_is_the_sum_of_the_nominal_term_and_the_cause() -> None:
+    beam = {"stiffness": estimate(100.0, "1/s^2"), "stiffness_cubic": estimate(3.0, "1/(mm^2*s^2)", 0.1)}
+    more = {"stiffness.cubic": {"coefficient": estimate(1.0, "1/(mm^2*s^2)", 0.1)}}
+    found = derive_oscillator({"": beam, **more}, {"drive": "N", "displacement": "mm"}, 10.0)
+    assert found[-2].value == pytest.approx(5.0)

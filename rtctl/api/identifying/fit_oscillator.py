@@ -8,8 +8,10 @@ from rtctl.api.identifying.by_runs import provenance_of, summary_of, worst_recor
 from rtctl.api.identifying.fit import Fit
 from rtctl.api.model import Model
 from rtctl.border.model_file import ModelFile
+from rtctl.border.motion import with_displacement
 from rtctl.identification.oscillator.identify import OscillatorFit, OscillatorFitOptions, identify_oscillator
 from rtctl.identification.oscillator.sweep import identify_sweeps
+from rtctl.identification.scales import find_largest_displacement
 from rtctl.measured.dataset import Dataset
 from rtctl.models.derived.oscillator import derive_from_file
 from rtctl.output.progress import Reporter
@@ -39,6 +41,7 @@ def fit_oscillator(
         result, dataset, None if start is None else source, {"starts": options.starts, "seed": options.seed}
     )
     content = ModelFile(model=result.model.model, provenance=provenance)
+    largest = find_largest_displacement(result.records) if result.trusted else 0.0
     return Fit(
         model=Model(kind="oscillator", content=content),
         dataset=dataset.name,
@@ -48,7 +51,7 @@ def fit_oscillator(
         trusted=result.trusted,
         warnings=result.warnings,
         result=result,
-        derived=derive_from_file(content, dataset.units),
+        derived=derive_from_file(content, with_displacement(dataset.units), largest),
         _summary={**summary_of(result, dataset), **_weak_form(result)},
         _draw=lambda: worst_record_figure(result, dataset),
     )

@@ -268,11 +268,11 @@ class Subject:
     """Return the resonances of a fitted model, at which a noise may have what an unmeasured force does."""
     describe_response: Callable[[Simulation], str] = lambda simulation: ""
     """Return a sentence on a fitted nominal model whose response may be another kind of plant's; "" where it is not."""
-    derive: Callable[[Any, Mapping[str, Mapping[str, Estimate]], Mapping[str, str]], Sequence[Derived]] = (
-        lambda model, estimates, units: ()
-    )
+    derive: Callable[
+        [Any, Mapping[str, Mapping[str, Estimate]], Mapping[str, str], FittedRecords], Sequence[Derived]
+    ] = lambda model, estimates, units, problem: ()
     """Return what follows from a model and the estimates of its parameters, by mechanism ("": the nominal model) and
-    name, in the terms of those who use the device; signals in `units`."""
+    name, in the terms of those who use the device; signals in `units`, on these records."""
     describe_screened: Callable[[Simulation], Sequence[str]] = lambda simulation: ()
     """Return notes on the model as `to_comparable` made it."""
     rehearse: Callable[[Any, Any, Sequence[Record]], Rehearsal | None] | None = None

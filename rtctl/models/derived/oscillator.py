@@ -3,6 +3,7 @@
     f0 = sqrt(k) / 2 pi,  zeta = c / (2 sqrt k),  Q = 1 / (2 zeta)           one rest position, k > 0
     f(z_w) = 0,  f_w = sqrt f'(z_w) / 2 pi,  F = max |f(0 ... z_w)|          in wells, k < 0
     T = 1 / c                                                                a body without a spring
+    z_1 = sqrt(k / |k3|),  r = k3 z_max^2 / k                                a spring that hardens or softens, k > 0
 
 with f the restoring force and F the least steady force that leaves no rest position in the well. A force per mass a
 that is told with a mechanism is the drive a / g, g the drive's gain; a constant drive u moves the rest position by
@@ -19,6 +20,7 @@ from rtctl.border.model_file import ModelFile, Value
 from rtctl.border.units.quantities import convert
 from rtctl.models.derived.quantity import Derived, Estimated, derive
 from rtctl.models.derived.wells import barrier_of, stiffness_at, well_of
+from rtctl.output.readable_units import readable
 
 Estimates = Mapping[str, Mapping[str, Estimated]]
 """Estimates by mechanism ("": the nominal model) and name."""
@@ -27,6 +29,9 @@ TERMS = (
     ("stiffness.cubic", "coefficient", 3), ("stiffness.quintic", "coefficient", 5),
 )  # fmt: skip
 """Terms of the restoring force: mechanism, parameter, power of the displacement."""
+HARDENING, SOFTENING = "hardening spring", "softening spring"
+LEAST_CUBIC = 0.01
+"""Share of the cubic force in the linear one, at the largest displacement, from which it is told."""
 ALTERING = {
     "stiffness.gravity",
     "stiffness.clearance",
@@ -39,24 +44,29 @@ REST = ("drive.offset", "offset")
 """Mechanism and parameter of a constant drive."""
 
 
-def derive_oscillator(estimates: Estimates, units: Mapping[str, str]) -> tuple[Derived, ...]:
+def derive_oscillator(
+    estimates: Estimates, units: Mapping[str, str], largest: float = 0.0
+) -> tuple[Derived, ...]:
     """Return what follows from fitted parameters.
 
     Args:
         estimates: The nominal parameters damping, stiffness, stiffness_cubic, drive_gain, and those of mechanisms.
         units: Unit of each signal of the data.
+        largest: Largest displacement of the data, in its unit; 0: not known.
     """
-    return (*_of_the_motion(estimates, units), *_of_forces(estimates, units))
+    return (
+        *_of_the_motion(estimates, units), *_of_cubic_force(estimates, units, largest), *_of_forces(estimates, units)
+    )  # fmt: skip
 
 
-def derive_from_file(model: ModelFile, units: Mapping[str, str]) -> tuple[Derived, ...]:
+def derive_from_file(model: ModelFile, units: Mapping[str, str], largest: float = 0.0) -> tuple[Derived, ...]:
     """Return what follows from the parameters of a model file, whose intervals are 95 % ones."""
     tables = {"": model.model.parameters} | {one.id: one.parameters for one in model.model.mechanisms}
     estimates = {
         mechanism: {name: _estimated(value) for name, value in values.items()}
         for mechanism, values in tables.items()
     }
-    return derive_oscillator(estimates, units)
+    return derive_oscillator(estimates, units, largest)
 
 
 def _estimated(value: Value) -> Derived:
@@ -84,6 +94,40 @@ def _of_the_motion(estimates: Estimates, units: Mapping[str, str]) -> list[Deriv
         of = _in(f"({gain.unit})/({stiffness.unit})", per_drive, lambda g, k: g / k)
         found += derive("static deflection per drive", per_drive, of, gain, stiffness)
     return found
+
+
+def _of_cubic_force(estimates: Estimates, units: Mapping[str, str], largest: float) -> list[Derived]:
+    """Return where a cubic force equals the linear one, and its share at the largest displacement.
+
+    Nothing where that share is below `LEAST_CUBIC` somewhere in its interval, or the interval is not known.
+    """
+    z = units.get("displacement", "")
+    stiffness = estimates.get("", {}).get("stiffness")
+    cubic = [estimates[where][name] for where, name, power in TERMS
+             if power == 3 and name in estimates.get(where, {})]  # fmt: skip
+    if not (z and largest > 0.0 and cubic and stiffness is not None and stiffness.value > 0.0):
+        return []
+    k_factor = convert(1.0, stiffness.unit, "1/s**2")
+    factors = [convert(1.0, one.unit, f"1/(({z})**2*s**2)") / k_factor for one in cubic]
+
+    def over_linear(k: float, *terms: float) -> float:
+        """Cubic over linear force at a displacement of 1 z."""
+        return sum(factor * one for factor, one in zip(factors, terms, strict=True)) / k
+
+    share = derive("cubic over linear force", "1", lambda *v: over_linear(*v) * largest**2, stiffness, *cubic)
+    if not share or not share[0].low < share[0].high:
+        return []
+    least = min(abs(share[0].low), abs(share[0].high)) if share[0].low * share[0].high > 0.0 else 0.0
+    if least < LEAST_CUBIC:
+        return []
+    spring = HARDENING if share[0].value > 0.0 else SOFTENING
+    return [
+        *derive(f"{spring}: cubic force equals linear force at", z,
+                lambda *v: abs(over_linear(*v)) ** -0.5, stiffness, *cubic),
+        share[0]._replace(
+            name=f"{spring}: at the largest displacement, {readable(largest, z, 3)}, cubic over linear force"
+        ),
+    ]  # fmt: skip
 
 
 def _of_damping(

@@ -29,7 +29,9 @@ from rtctl.diagnosis.problem.subject import (
     Subject,
 )
 from rtctl.identification.noise.resonant_part import Resonance
+from rtctl.identification.scales import find_largest_displacement
 from rtctl.models.derived.oscillator import derive_oscillator
+from rtctl.models.derived.quantity import Derived
 from rtctl.models.oscillator import read_oscillator_model, write_oscillator_model
 from rtctl.plants.oscillator.response import describe_response
 from rtctl.plants.oscillator.steady import by_steady_state
@@ -195,6 +197,16 @@ def find_resonances(simulation: Simulation) -> tuple[Resonance, ...]:
     return (Resonance(rate / (2.0 * math.pi), damping / (2.0 * rate)),)
 
 
+def _derive(
+    model: ModelFile,
+    estimates: Mapping[str, Mapping[str, Estimate]],
+    units: Mapping[str, str],
+    problem: FittedRecords,
+) -> tuple[Derived, ...]:
+    largest = find_largest_displacement(problem.records, problem.scales.rate)
+    return derive_oscillator(estimates, units, largest)
+
+
 OSCILLATOR = Subject(
     kind="oscillator",
     drive="drive",
@@ -238,7 +250,7 @@ OSCILLATOR = Subject(
     offset_mechanism="sensor.offset",
     resonances=find_resonances,
     describe_response=describe_response,
-    derive=lambda model, estimates, units: derive_oscillator(estimates, units),
+    derive=_derive,
     levels={"displacement": Levels("step", "level")},
     read_model=read_oscillator_model,
     relative_errors=_relative_errors,
