@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from rtctl.cli import build_parser, main
+from rtctl.cli.next_step import answer_folder
 
 SHORT = [
     "--set",
@@ -64,3 +65,13 @@ def test_a_diagnosis_ends_with_the_experiment_or_the_extended_model(
     assert after[0] in ("acquire", "simulate")
     assert "What was read: 2 signals, 3 records" in Path("answer/report.html").read_text(encoding="utf-8")
     assert Path(after[1]).is_file()
+
+
+def test_the_folder_of_an_answer_follows_the_model_and_no_earlier_answer_is_in_it(tmp_path: Path) -> None:
+    assert answer_folder(tmp_path, Path("model.toml")) == tmp_path / "diagnosis"
+    assert answer_folder(tmp_path, tmp_path / "model2.toml") == tmp_path / "diagnosis2"
+    assert answer_folder(tmp_path, Path("beam.toml")) == tmp_path / "diagnosis-beam"
+    for taken, then in (("diagnosis", "diagnosis-2"), ("diagnosis-2", "diagnosis-3")):
+        (tmp_path / taken).mkdir()
+        (tmp_path / taken / "diagnosis.json").touch()
+        assert answer_folder(tmp_path, Path("model.toml")) == tmp_path / then

@@ -7,20 +7,21 @@ from pathlib import Path
 import numpy as np
 
 from rtctl.api.identifying.fit import Fit
+from rtctl.identification.residual_words import judge_residual
 from rtctl.measured.dataset import FREQUENCY
 from rtctl.output.readable_units import readable
 from rtctl.output.tables import print_table
 
 
-def print_fit(fit: Fit, path: Path) -> None:
-    """Print how well a model fits its data, and where it was written."""
-    if fit.model.kind == "vo2":
-        _print_vo2(fit, path)
-    else:
-        _print_oscillator(fit, path)
+def print_fit(fit: Fit, path: Path, picture: Path | None = None) -> None:
+    """Print how well a model fits its data, and where it and its picture were written."""
+    (_print_vo2 if fit.model.kind == "vo2" else _print_oscillator)(fit)
+    for warning in fit.warnings:
+        print(f"note: {warning}")
+    print(f"wrote {path}" + (f" and its picture {picture}" if picture else ""))
 
 
-def _print_oscillator(fit: Fit, path: Path) -> None:
+def _print_oscillator(fit: Fit) -> None:
     found = fit.result.fit
     rows = []
     for k, name in enumerate(found.names):
@@ -36,15 +37,17 @@ def _print_oscillator(fit: Fit, path: Path) -> None:
         every = np.concatenate(measured)
         is_sweep = any(FREQUENCY in record.stimulus.inputs for record in fit.result.records)
         size = float(np.sqrt(np.mean(every**2)) if is_sweep else np.std(every))
-        share = f"{100.0 * rms / size:.3g} % of its variation" if size > 0.0 else "and nothing varies"
+        share = "and nothing varies"
+        if size > 0.0:
+            left = (
+                [] if is_sweep else [outputs[name] for outputs in found.residuals.values() if name in outputs]
+            )
+            share = f"{100.0 * rms / size:.3g} % of its variation, {judge_residual(rms / size, left)}"
         print(f"{name}: residual {readable(rms, fit.units[name])} RMS, {share}")
     for record, outputs in fit.to_dict().get("rms_error_test", {}).items():
         errors = ", ".join(f"{name} {readable(one['value'], one['unit'])}" for name, one in outputs.items())
         print(f"test record {record}: free run off by {errors} RMS")
     _print_derived(fit)
-    for warning in fit.warnings:
-        print(f"note: {warning}")
-    print(f"wrote {path}")
 
 
 def _print_derived(fit: Fit) -> None:
@@ -53,7 +56,7 @@ def _print_derived(fit: Fit) -> None:
         print(f"{name}: {text}")
 
 
-def _print_vo2(fit: Fit, path: Path) -> None:
+def _print_vo2(fit: Fit) -> None:
     model = fit.result
     rows = [
         [name, f"{q.mean_abs:.4g} {q.unit}", f"{100 * q.mean_abs / q.range:.2f} %", f"{q.max_abs:.4g} {q.unit}",
@@ -72,6 +75,3 @@ def _print_vo2(fit: Fit, path: Path) -> None:
             f"on swings of the staircases that took no part in a fit: {model.deflection_error_elsewhere:.3g} um of the "
             f"deflection, {model.reading_error_elsewhere:.3g} of ln R (RMS); expect as much on other records"
         )
-    print(f"wrote {path}")
-    for warning in fit.warnings:
-        print(f"note: {warning}")

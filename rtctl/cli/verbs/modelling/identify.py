@@ -32,22 +32,24 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Run the verb. Returns 1 where the model does not follow the data."""
     from rtctl.api.identifying.identification import identify
-    from rtctl.cli.next_step import say_next
+    from rtctl.cli.next_step import answer_folder, say_next
     from rtctl.cli.options import is_quiet, output_file, print_json
     from rtctl.cli.printing.fits import print_fit
+    from rtctl.extras import can_draw
 
     out = output_file(args.out)
     fit = identify(
         args.dataset, kind=args.kind, model=args.model, starts=args.starts, seed=args.seed,
         plays=args.plays, cells=args.cells, progress=not is_quiet(args),
     )  # fmt: skip
-    fit = fit.save(out, plot=not args.no_plot)
+    draws = not args.no_plot and can_draw()
+    fit = fit.save(out, plot=draws)
     if args.json:
         print_json({"model": str(out), **fit.to_dict()})
     elif not args.quiet:
-        print_fit(fit, out)
+        print_fit(fit, out, out.with_suffix(".png") if draws else None)
     if is_diagnosed_next(fit.model.kind, trusted=fit.trusted):
-        say_next(args, ["diagnose", args.dataset, "--model", out, "--out", out.parent / "diagnosis"])
+        say_next(args, ["diagnose", args.dataset, "--model", out, "--out", answer_folder(out.parent, out)])
     return 0 if fit.trusted else 1
 
 

@@ -17,7 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Run the verb. Returns 1 where a simulation diverged."""
     from rtctl.api.comparison import simulate
-    from rtctl.cli.next_step import say_next
+    from rtctl.cli.next_step import answer_folder, say_next
     from rtctl.cli.options import is_quiet, output_folder, print_json
     from rtctl.cli.printing.comparison import print_comparison, warn_of_divergence
 
@@ -30,7 +30,6 @@ def run(args: argparse.Namespace) -> int:
         print_comparison(comparison.summary, folder)
     warn_of_divergence(comparison)
     if not comparison.diverged:
-        say_next(
-            args, ["diagnose", args.dataset, "--model", args.model, "--out", folder.parent / "diagnosis"]
-        )
+        answer = answer_folder(folder.parent, args.model)
+        say_next(args, ["diagnose", args.dataset, "--model", args.model, "--out", answer])
     return 1 if comparison.diverged else 0
