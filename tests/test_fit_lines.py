@@ -24,6 +24,10 @@ def test_a_line_a_stage_and_one_now_and_then() -> None:
         f"diagnose x: 0:30, sets of 2 causes, 61 fits so far, 30% of the work budget, 1:10 {REST}",
         f"diagnose x: 0:46, sets of 2 causes, 91 fits so far, 46% of the work budget, 0:54 {REST}",
     ]
+    lines.show("the next experiment")
+    assert printed[-1] == "diagnose x: 1:00, the next experiment, 120 fits so far", (
+        "it is no part of the budget"
+    )
 
 
 def test_without_a_budget_no_share_is_told_and_beyond_it_no_time() -> None:

@@ -146,6 +146,11 @@ class Dataset:
         return signals_of(self.units, self.holds)
 
     @property
+    def is_acquired(self) -> bool:
+        """Whether rtctl acquire recorded it, through a driver that it can use again, and no file was given."""
+        return bool(self.identity)
+
+    @property
     def has_sweeps(self) -> bool:
         """Whether its records are sweeps of frequencies; they all are, or none is."""
         return FREQUENCY in self.holds

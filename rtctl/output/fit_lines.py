@@ -51,7 +51,8 @@ class FitLines:
         elapsed_s = now_s - self._begun_s
         said = [f"{self.title}: {clock_text(elapsed_s)}", stage]
         said += [f"{self._fits} fits so far"] if self._fits > 1 else []
-        self.print_line(", ".join([*said, *work_texts(elapsed_s, self.share())]))
+        said += work_texts(elapsed_s, self.share()) if stage != text else []
+        self.print_line(", ".join(said))
 
 
 def work_texts(elapsed_s: float, share: float | None) -> list[str]:

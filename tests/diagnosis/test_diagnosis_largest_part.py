@@ -41,7 +41,7 @@ def test_friction_is_named_beside_what_no_law_on_offer_is(tmp_path: Path, others
     assert cause["indistinguishable_from"] == []
     assert 0.5 < cause["share_removed"] < 0.9
     assert found["gain"]["before"] > 1.5 * found["gain"]["after"]
-    assert any("lives along time (100%)" in one for one in found["warnings"])
+    assert any("goes with time (100%)" in one for one in found["warnings"])
 
 
 @pytest.mark.slow

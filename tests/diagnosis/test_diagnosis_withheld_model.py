@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import tomllib
 from dataclasses import replace
@@ -14,9 +15,11 @@ from vo2_model_cases import small_model
 
 import rtctl
 from rtctl.cli import main
+from rtctl.cli.verbs.modelling.diagnose import next_words, say_next_experiment
 from rtctl.cli.verbs.modelling.identify import is_diagnosed_next
 from rtctl.diagnosis.problem.subject import Rehearsal
 from rtctl.diagnosis.report.files import scenario_text
+from rtctl.diagnosis.report.page.summary import spring_sentence
 from rtctl.diagnosis.search.holdout_error import Gain
 from rtctl.diagnosis.verification.misfit_checks import require_model_follows
 from rtctl.diagnosis.verification.verdict import Verdict
@@ -191,12 +194,68 @@ def test_what_is_left_beside_a_cause_takes_its_probability(
         causes=(cause._replace(probability=None, share_removed=0.72),),
     )  # fmt: skip
     print_diagnosis(partly, tmp_path)
-    assert "removes 72% of the error  friction.coulomb:" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "removes 72% of the error  friction.coulomb:" in said
+    assert "What is left beside the noise is " in said
+    assert "% of the displacement itself: " in said
     assert partly.json["causes"][0]["probability"] is None
     assert "removes 72%" in replace(friction, answer=partly)._repr_html_()
     partial = replace(friction, answer=partly)
     partial.save(tmp_path)
-    assert "72%" in (tmp_path / "report.html").read_text()
+    page = (tmp_path / "report.html").read_text()
+    assert "72%" in page
+    assert "What is left beside the noise is " in page
+    assert "not stated" in page
+    assert "A probability compares the causes of the catalogue" in page
+
+
+def test_a_page_has_no_word_of_the_method_without_plain_ones(
+    friction: rtctl.Diagnosis, tmp_path: Path
+) -> None:
+    friction.save(tmp_path)
+    page = (tmp_path / "report.html").read_text()
+    assert "<h3>What the error goes with</h3>" in page
+    assert "<p>Mostly with velocity sign (" in page
+    for word in ("generic forces", "past motion and drive", " alone</td>", "lives along", "velocity_sign"):
+        assert word not in page, word
+    assert "anything that depends on the past of motion and drive" in page
+    names = {one["name"] for one in friction.to_dict()["tests"]}
+    assert {"generic forces", "past motion and drive"} <= names, "those of the file are fixed"
+
+
+def test_a_spring_that_hardens_is_told_in_words(friction: rtctl.Diagnosis, tmp_path: Path) -> None:
+    (stiff,) = [one for one in friction.answer.derived if one.name == "natural frequency"]
+    told = (
+        stiff._replace(name="hardening spring: cubic force equals linear force at", value=8.8, unit="mm"),
+        stiff._replace(
+            name="hardening spring: at the largest displacement, 20 mm, cubic over linear force", unit="1"
+        ),
+    )
+    said = spring_sentence(told)
+    assert said.startswith("The model is a hardening spring. Cubic force equals linear force at: ")
+    assert "; at the largest displacement, 20 mm, cubic over linear force: " in said
+    assert spring_sentence((stiff,)) == ""
+
+
+def test_who_has_only_a_file_is_told_how_to_play_the_next_experiment(
+    unexplained: rtctl.Diagnosis, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    proposed = unexplained.answer.next_experiment
+    assert proposed is not None
+    sure = proposed._replace(limits=replace(proposed.limits, alike_separation=0.0, deciding_separation=0.0))
+    found = replace(unexplained, answer=replace(unexplained.answer, next_experiment=sure))
+    assert not found.dataset.is_acquired
+    args = argparse.Namespace(quiet=False, json=False)
+    say_next_experiment(args, found, tmp_path)
+    said = capsys.readouterr().out
+    assert "Play it as you played the drive of these data, record it, and begin again with rtctl init" in said
+    assert next_words(found, tmp_path / "dataset.toml", tmp_path)[:1] != ["acquire"]
+    found.save(tmp_path)
+    assert "begin again with rtctl init" in (tmp_path / "report.html").read_text()
+    acquired = replace(found, dataset=replace(found.dataset, identity="beam 7"))
+    say_next_experiment(args, acquired, tmp_path)
+    assert capsys.readouterr().out == ""
+    assert next_words(acquired, tmp_path / "dataset.toml", tmp_path)[0] == "acquire"
 
 
 @pytest.mark.parametrize("passes", [True, False])

@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from rtctl.diagnosis.problem.subject import LEFT_OUT
-from rtctl.diagnosis.report.page.summary import explain_test_error, quantities_of
+from rtctl.diagnosis.report.page.summary import describe_remainder, explain_test_error, quantities_of
+from rtctl.diagnosis.report.words.plain_words import words_of_coordinate
 from rtctl.diagnosis.result import EXTENDED_MODEL, Diagnosis
 from rtctl.output.readable_units import readable, readable_unit
 
@@ -42,8 +43,9 @@ def print_diagnosis(found: Diagnosis, folder: Path, *, written: bool = True) -> 
                 else ""
             )
         )
-    if explained := explain_test_error(found):
-        print(f"  {explained}")
+    for text in (describe_remainder(found), explain_test_error(found)):
+        if text:
+            print(f"  {text}")
     if found.loop is not None:
         loop, unit = found.loop, readable_unit(found.loop.before, found.loop.unit)
         left_out = (
@@ -54,8 +56,10 @@ def print_diagnosis(found: Diagnosis, folder: Path, *, written: bool = True) -> 
         )
     if found.where:
         print(
-            "  it lives along "
-            + ", ".join(f"{place.coordinate} ({place.share:.0%})" for place in found.where[:3])
+            "  the error goes with "
+            + ", ".join(
+                f"{words_of_coordinate(place.coordinate)} ({place.share:.0%})" for place in found.where[:3]
+            )
         )
     _print_derived(found)
     for warning in found.warnings:

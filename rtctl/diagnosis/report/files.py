@@ -26,6 +26,11 @@ HEAD = """# {statement}
 # Written by rtctl diagnose; `rtctl acquire next-experiment.toml --out DIR` plays it as it stands on {device} beside
 # it, as a rehearsal. On the device: --set driver.kind=modbus-tcp --set driver.address=HOST:PORT
 """
+PLAYS = "`rtctl acquire {scenario} --out {folder}` plays it."
+BY_HAND = (
+    "Play it as you played the drive of these data, record it, and begin again with rtctl init on the new file. "
+    "`rtctl acquire {scenario} --out {folder}` rehearses it on the model: the drive in its records is what to play."
+)
 READS_DISPLACEMENT = (
     "# The rehearsing device reads the displacement, your records have the {0}: "
     "on the bench record the {0} again.\n"
@@ -50,8 +55,14 @@ def write_diagnosis(folder: Path, diagnosis: Diagnosis, dataset: Dataset, proven
         device, left_out = _rehearsed(folder, model, diagnosis.problem.subject.kind)
         text = scenario_text(diagnosis.next_experiment, device, left_out, dataset.units)
         _write_text(folder / EXPERIMENT, text)
-    _write_text(folder / "report.html", report_page(diagnosis, dataset, provenance))
+    _write_text(folder / "report.html", report_page(diagnosis, dataset, provenance, how_to_play(dataset)))
     write_json(folder / "diagnosis.json", diagnosis.json | {"provenance": provenance})
+
+
+def how_to_play(dataset: Dataset, folder: Path = Path(), out: str = "DIR") -> str:
+    """Return how the next experiment is played: by rtctl acquire, which recorded the data, else by the user's means."""
+    text = PLAYS if dataset.is_acquired else BY_HAND
+    return text.format(scenario=folder / EXPERIMENT, folder=out)
 
 
 def _rehearsed(folder: Path, model: str, kind: str) -> tuple[str, tuple[str, ...]]:

@@ -24,7 +24,9 @@ def joint_statements(simulation: Simulation) -> dict[str, list[str]]:
     friction = friction_by_direction(simulation)
     if friction is None:
         return {}
-    forwards, backwards = (f"{level:.4g} {friction.unit}" for level in (friction.forwards, friction.backwards))
+    forwards, backwards = (
+        f"{level:.4g} {friction.unit}" for level in (friction.forwards, friction.backwards)
+    )
     return {
         "friction.coulomb": [
             "With the constant force that drive.offset stands for, it depends on the direction: "

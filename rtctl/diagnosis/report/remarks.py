@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.report.words.plain_words import words_of_coordinate, words_of_test
 from rtctl.diagnosis.residual.bursts import describe_bursts, simulation_errors
 from rtctl.diagnosis.residual.localization import localize_residual
 from rtctl.diagnosis.residual.noise_floor import residual_over_noise
@@ -15,7 +16,7 @@ from rtctl.diagnosis.search.stepwise import significance_level
 from rtctl.diagnosis.verification.verify import Verified
 
 REMAINING = "with these causes the residual is {:.3g} times the noise (RMS)"
-REMAINING_ALONG = ", and lives along {}"
+REMAINING_ALONG = ", and goes with {}"
 LOCATIONS = 3
 """Coordinates along which a remark locates what is left, most."""
 NO_GAIN = (
@@ -74,12 +75,15 @@ def remark(
         sharpest = min(search.chosen.tests, key=lambda one: one.p_value)
         least = problem.thresholds.report.min_p_shown
         p = f"= {sharpest.p_value:.2g}" if sharpest.p_value >= least else f"< {least:.0e}"
-        notes.append(FAILED_TEST.format(len(search.chosen.tests), sharpest.name, p))
+        notes.append(FAILED_TEST.format(len(search.chosen.tests), words_of_test(sharpest.name), p))
     return notes
 
 
 def _describe_remainder(chosen: TestedHypothesis, least_share: float) -> str:
     """Return how much the named causes leave, and along which coordinates."""
     said = REMAINING.format(residual_over_noise(chosen))
-    places = [f"{one.coordinate} ({one.share:.0%})" for one in localize_residual(chosen, least_share)]
+    places = [
+        f"{words_of_coordinate(one.coordinate)} ({one.share:.0%})"
+        for one in localize_residual(chosen, least_share)
+    ]
     return said + (REMAINING_ALONG.format(", ".join(places[:LOCATIONS])) if places else "")

@@ -16,7 +16,7 @@ from rtctl.diagnosis.verification.verdict import Verdict
 
 OUTDONE = (
     "{} would remove most of the error, but a nonparametric alternative leaves a smaller residual, so it is not named. "
-    "The alternative: {} See where the gap lives"
+    "The alternative: {} See what the error goes with"
 )
 NOT_COMPARED = (
     "stopped by the user before the nonparametric alternatives were compared: one of them may explain the data better "

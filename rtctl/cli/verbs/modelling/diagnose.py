@@ -61,16 +61,30 @@ def run(args: argparse.Namespace) -> int:
         print_diagnosis(diagnosis.answer, folder, written=not failure)
     if failure:
         raise RunError(f"{failure}; free some space, or write elsewhere with --out")
-    say_next(args, _next_words(diagnosis, args.dataset, folder))
+    say_next_experiment(args, diagnosis, folder)
+    say_next(args, next_words(diagnosis, args.dataset, folder))
     return 1 if diagnosis.stopped else 0
 
 
-def _next_words(diagnosis: Diagnosis, dataset: Path, folder: Path) -> list[object]:
-    """Return the words of the next command: the experiment that decides, else the extended model beside the data."""
+def say_next_experiment(args: argparse.Namespace, diagnosis: Diagnosis, folder: Path) -> None:
+    """Print how to play the next experiment of data that are files of the user's, whose device rtctl does not drive."""
+    from rtctl.diagnosis.report.files import how_to_play
+
+    proposed = diagnosis.next_experiment
+    if args.quiet or args.json or proposed is None or not proposed.decides or diagnosis.dataset.is_acquired:
+        return
+    print(f"next experiment: {how_to_play(diagnosis.dataset, folder, str(folder / 'rehearsal'))}")
+
+
+def next_words(diagnosis: Diagnosis, dataset: Path, folder: Path) -> list[object]:
+    """Return the words of the next command: the experiment that decides, else the extended model beside the data.
+
+    An experiment is a command only for data that rtctl acquire recorded.
+    """
     if diagnosis.answer.doubt:
         return []
     proposed = diagnosis.next_experiment
-    if proposed is not None and proposed.decides:
+    if proposed is not None and proposed.decides and diagnosis.dataset.is_acquired:
         return ["acquire", folder / "next-experiment.toml", "--out", folder / "next"]
     if diagnosis.model is not None:
         return ["simulate", folder / "model-extended.toml", dataset, "--out", folder / "simulated"]

@@ -40,8 +40,8 @@ CAPTIONS = {
     "spectrum": "Where the error stands above the grey line, something is missing that a model could know.",
     "plane": "Mean error of all records that are compared, over {output} and its rate. A "
     "pattern (a sign that changes with velocity, a corner, a ring) is structure; a right model leaves none.",
-    "where": "How much of the error of today's model a force along this coordinate alone would remove. Coordinates "
-    "overlap, so the shares do not add up.",
+    "where": "How much of the error of today's model a missing force that depends on this alone would remove. The "
+    "shares overlap, so they do not add up.",
     "shape": "The force that today's model lacks, without any formula: {shape}. Its straight "
     "line is taken off where a nominal parameter is one: stiffness, damping or the drive's gain follow it.",
     "loops": "Deflection that switches per mA, while heating and while cooling, and what the loops leave of the "
@@ -55,8 +55,8 @@ CAPTIONS = {
 }
 
 
-def report_page(diagnosis: Diagnosis, dataset: Dataset, provenance: Mapping[str, Any]) -> str:
-    """Return the whole page as HTML."""
+def report_page(diagnosis: Diagnosis, dataset: Dataset, provenance: Mapping[str, Any], how: str = "") -> str:
+    """Return the whole page as HTML; `how` says how the next experiment is played."""
     shown = list(enumerate(_drawn_pictures(diagnosis), start=1))
 
     def drawn(section: str) -> str:
@@ -68,10 +68,10 @@ def report_page(diagnosis: Diagnosis, dataset: Dataset, provenance: Mapping[str,
         f'<p class="dim small">rtctl diagnose · {escape(dataset.name)} · model {escape(str(provenance["model"]))}</p>',
         f"<h1>{describe_verdict(diagnosis)}</h1>",
         '<section class="summary">', describe_causes(diagnosis), tabulate_gain(diagnosis), tabulate_causes(diagnosis),
-        describe_what_to_do(diagnosis), describe_notes(diagnosis), "</section>",
+        describe_what_to_do(diagnosis, how), describe_notes(diagnosis), "</section>",
         '<h2 class="part">Evidence</h2>',
         "<h3>Measured against simulated</h3>", drawn("stretch"), drawn("others"), drawn("spectrum"), drawn("plane"),
-        "<h3>Where the error lives</h3>", describe_place(diagnosis), drawn("where"), drawn("shape"), drawn("loops"),
+        "<h3>What the error goes with</h3>", describe_place(diagnosis), drawn("where"), drawn("shape"), drawn("loops"),
         "<h3>Whether anything is left</h3>", tabulate_tests(diagnosis),
         '<h2 class="part">The model</h2>', tabulate_parameters(diagnosis), tabulate_derived(diagnosis),
         '<h2 class="part">Method</h2>', describe_work(diagnosis),

@@ -9,6 +9,7 @@ from typing import Any
 from rtctl.border.mechanisms import plain_unit
 from rtctl.diagnosis.problem.estimate import Estimate
 from rtctl.diagnosis.report.ranking import ranking_of
+from rtctl.diagnosis.report.words.plain_words import words_of_coordinate, words_of_test
 from rtctl.diagnosis.residual.parameter_estimates import estimates_of
 from rtctl.diagnosis.result import Diagnosis
 from rtctl.diagnosis.thresholds import ReportThresholds
@@ -17,6 +18,7 @@ from rtctl.measured.summary import RECORD_HEADERS, SIGNAL_HEADERS, record_rows, 
 from rtctl.output.html_page import table
 from rtctl.output.readable_units import printed_unit, readable_unit, significant
 
+NOT_TESTED = "not tested"
 PARTS = "its initial part alone: then the candidates, or the model without them, take different courses"
 
 
@@ -27,11 +29,16 @@ def _limits(diagnosis: Diagnosis) -> ReportThresholds:
 def describe_place(diagnosis: Diagnosis) -> str:
     """Return the coordinates along which the error lives, in words."""
     if not diagnosis.where:
-        return f"<p>Along no coordinate: the residual is {escape(diagnosis.problem.rest)}.</p>"
+        return f"<p>With nothing: what is left is {escape(diagnosis.problem.rest)}.</p>"
     first, *others = (
-        f"{escape(one.coordinate.replace('_', ' '))} ({one.share:.0%})" for one in diagnosis.where
+        f"{escape(words_of_coordinate(one.coordinate))} ({one.share:.0%})" for one in diagnosis.where
     )
-    return f"<p>Mostly along {first}" + (f"; then {', '.join(others[:3])}" if others else "") + ".</p>"
+    return (
+        f"<p>Mostly with {first}"
+        + (f"; then {', '.join(others[:3])}" if others else "")
+        + ": the share of the error "
+        "that a missing force which depends on this alone would remove.</p>"
+    )
 
 
 def estimate_text(name: str, one: Estimate) -> str:
@@ -67,14 +74,18 @@ def tabulate_tests(diagnosis: Diagnosis) -> str:
     rows = []
     for test in diagnosis.search.nominal.tests:
         later = after.get(test.name)
-        row = [escape(test.name), _p(test.p_value)]
-        rows.append(row if same else [*row, _p(later.p_value) if later else "–"])
+        row = [escape(words_of_test(test.name)), _p(test.p_value)]
+        rows.append(row if same else [*row, _p(later.p_value) if later else NOT_TESTED])
     if not same:
         known = {test.name for test in diagnosis.search.nominal.tests}
         rows += [
-            [escape(t.name), "–", _p(t.p_value)] for t in diagnosis.search.chosen.tests if t.name not in known
+            [escape(words_of_test(t.name)), NOT_TESTED, _p(t.p_value)]
+            for t in diagnosis.search.chosen.tests
+            if t.name not in known
         ]
-    headers = ["does the residual still hold …", "p, today's model"] + ([] if same else ["p, best candidate"])
+    headers = ["does what is left of the error still hold …", "p, today's model"] + (
+        [] if same else ["p, best candidate"]
+    )
     left = (
         " Here something is left beside the causes: they are claimed as a part of what is wrong."
         if diagnosis.verdict == "partly_explained"

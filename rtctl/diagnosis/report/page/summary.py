@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
+import math
+import re
 from html import escape
 
 from rtctl.diagnosis.problem.subject import LEFT_OUT
 from rtctl.diagnosis.report.page.sections import estimate_text
+from rtctl.diagnosis.report.words.plain_words import words_of_coordinate
+from rtctl.diagnosis.report.words.remainder import Remainder
+from rtctl.diagnosis.residual.noise_floor import residual_over_noise
 from rtctl.diagnosis.result import EXTENDED_MODEL, Cause, Diagnosis, share_text
+from rtctl.models.derived.oscillator import HARDENING, SOFTENING
 from rtctl.models.derived.quantity import Derived
 from rtctl.output.html_page import table, tile
 from rtctl.output.readable_units import printed_unit, readable_unit
+
+UNSTATED = (
+    "A probability compares the causes of the catalogue with one another. Where something else is left too, the "
+    "catalogue may lack the right one, so none is stated."
+)
 
 
 def describe_verdict(diagnosis: Diagnosis) -> str:
@@ -17,7 +28,9 @@ def describe_verdict(diagnosis: Diagnosis) -> str:
     names = " and ".join(escape(cause.id) for cause in diagnosis.causes)
     least = diagnosis.problem.thresholds.report.min_headline_share
     clear = diagnosis.where and diagnosis.where[0].share >= least
-    place = f": it lives along {escape(diagnosis.where[0].coordinate.replace('_', ' '))}" if clear else ""
+    place = (
+        f": it goes with the {escape(words_of_coordinate(diagnosis.where[0].coordinate))}" if clear else ""
+    )
     rivals = [one for cause in diagnosis.causes for one in cause.indistinguishable_from]
     undecided = f", or {escape(', '.join(rivals))} in its place: these data do not decide" if rivals else ""
     them = "it" if len(diagnosis.causes) == 1 else "them"
@@ -58,8 +71,33 @@ def describe_causes(diagnosis: Diagnosis) -> str:
             for name, text in (one.in_words() for one in quantities_of(cause, diagnosis.derived))
         )
         said.append(f'<p class="lead">{escape(cause.statement)}{others}</p>')
-    explained = explain_test_error(diagnosis)
-    return "".join(said) + (f'<p class="lead">{escape(explained)}</p>' if explained else "")
+    more = (describe_remainder(diagnosis), describe_spring(diagnosis), explain_test_error(diagnosis))
+    return "".join(said) + "".join(f'<p class="lead">{escape(printed_unit(one))}</p>' for one in more if one)
+
+
+def describe_remainder(diagnosis: Diagnosis) -> str:
+    """Return how large it is what the named causes leave, and whether it matters; "" where they leave nothing."""
+    if diagnosis.verdict != "partly_explained" or not math.isfinite(diagnosis.noise_rms):
+        return ""
+    output = diagnosis.problem.subject.output
+    over_noise = residual_over_noise(diagnosis.search.chosen)
+    size = diagnosis.problem.size(output)
+    return Remainder.of(over_noise, output, diagnosis.units[output], diagnosis.noise_rms, size).in_words
+
+
+def describe_spring(diagnosis: Diagnosis) -> str:
+    """Return what a cubic spring that matters means, as a sentence; "" without one."""
+    return "" if diagnosis.verdict == "unexplained" else spring_sentence(diagnosis.derived)
+
+
+def spring_sentence(derived: tuple[Derived, ...]) -> str:
+    """Return what the derived quantities say of a spring that hardens or softens; "" where they say nothing."""
+    told = [one for one in derived if one.name.startswith((HARDENING, SOFTENING))]
+    if not told:
+        return ""
+    spring = told[0].name.partition(":")[0]
+    facts = "; ".join(f"{one.name.partition(': ')[2]}: {one.in_words()[1]}" for one in told)
+    return f"The model is a {spring}. {facts[:1].upper()}{facts[1:]}."
 
 
 def quantities_of(cause: Cause, derived: tuple[Derived, ...]) -> list[Derived]:
@@ -127,17 +165,23 @@ def tabulate_causes(diagnosis: Diagnosis) -> str:
     for cause in diagnosis.causes:
         values = "<br>".join(estimate_text(name, one) for name, one in cause.parameters.items())
         others = ", ".join(cause.indistinguishable_from) or "nothing in the catalogue"
-        probability = "–" if cause.probability is None else f"{cause.probability:.1%}"
+        probability = "not stated" if cause.probability is None else f"{cause.probability:.1%}"
         rows.append(
             [f"<b>{escape(cause.id)}</b>", values, probability,
              f"{share_text(cause.share_removed)} of the error above the noise", escape(others)]
         )  # fmt: skip
     headers = ["cause", "parameters, 95 % interval", "probability", "removes", "would explain it as well"]
-    return table(headers, rows, numbers=(2,))
+    unstated = any(cause.probability is None for cause in diagnosis.causes)
+    return table(headers, rows, numbers=(2,)) + (f'<p class="small dim">{UNSTATED}</p>' if unstated else "")
 
 
-def describe_what_to_do(diagnosis: Diagnosis) -> str:
-    """Return what follows from the answer: a model to use or why there is none, an experiment that decides, or both."""
+def describe_what_to_do(diagnosis: Diagnosis, how: str) -> str:
+    """Return what follows from the answer: a model to use or why there is none, an experiment that decides, or both.
+
+    Args:
+        diagnosis: The answer.
+        how: How the next experiment is played, commands in backticks.
+    """
     steps = []
     if diagnosis.causes and not diagnosis.withheld:
         steps.append(
@@ -147,9 +191,7 @@ def describe_what_to_do(diagnosis: Diagnosis) -> str:
         steps.append(escape(_sentence(diagnosis.withheld)))
     if diagnosis.next_experiment is not None:
         proposed = diagnosis.next_experiment
-        plays = (
-            "" if proposed.in_vain else " <code>rtctl acquire next-experiment.toml --out DIR</code> plays it."
-        )
+        plays = "" if proposed.in_vain else " " + re.sub("`(.*?)`", r"<code>\1</code>", escape(how))
         steps.append(escape(proposed.statement) + plays)
     if not steps and diagnosis.verdict == "adequate":
         steps.append("Nothing: the model describes these records as well as any could.")

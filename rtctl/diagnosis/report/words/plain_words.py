@@ -1,0 +1,20 @@
+"""Plain words for the names of tests and coordinates in the files, for those who read a page or a terminal."""
+
+from __future__ import annotations
+
+TESTS = {
+    "catalogue": "any effect of the catalogue",
+    "generic forces": "anything that depends on the motion, the drive or the time",
+    "past motion and drive": "anything that depends on the past of motion and drive",
+    "residual grows with the motion": "an error that grows with the motion",
+}
+
+
+def words_of_test(name: str) -> str:
+    """Return what a residual test looks for: `friction.coulomb` of "friction.coulomb alone"."""
+    return TESTS.get(name, name.removesuffix(" alone"))
+
+
+def words_of_coordinate(name: str) -> str:
+    """Return the name of a coordinate as it is read: `velocity sign`."""
+    return name.replace("_", " ")
