@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from rtctl.api.diagnosing import stage_of_search
+from rtctl.api.diagnosing import stage_of_search, watched_search
+from rtctl.border.work import count_work, metered
+from rtctl.diagnosis.problem.cancellation import CancellationToken
 from rtctl.output.fit_lines import FitLines, work_texts
+from rtctl.output.progress import Reporter
 
 REST = "more if it needs all of it"
 
@@ -28,6 +31,13 @@ def test_a_line_a_stage_and_one_now_and_then() -> None:
     assert printed[-1] == "diagnose x: 1:00, the next experiment, 120 fits so far", (
         "it is no part of the budget"
     )
+
+
+def test_the_share_is_that_of_the_work_that_the_search_counts(capsys: pytest.CaptureFixture[str]) -> None:
+    with watched_search("diagnose x", CancellationToken(), Reporter(quiet=False), 1000.0) as heard, metered():
+        count_work(250.0)
+        heard("drive.delay")
+    assert capsys.readouterr().err == "diagnose x: 0:00, causes one at a time, 25% of the work budget\n"
 
 
 def test_without_a_budget_no_share_is_told_and_beyond_it_no_time() -> None:
