@@ -232,8 +232,8 @@ def test_a_spring_that_hardens_is_told_in_words(friction: rtctl.Diagnosis, tmp_p
         ),
     )
     said = spring_sentence(told)
-    assert said.startswith("The model is a hardening spring. Cubic force equals linear force at: ")
-    assert "; at the largest displacement, 20 mm, cubic over linear force: " in said
+    assert said.startswith("The spring hardens: its cubic force is as large as the linear one at 8.8 mm; ")
+    assert "; at the largest displacement, 20 mm, cubic over linear force is " in said
     assert spring_sentence((stiff,)) == ""
 
 

@@ -15,7 +15,7 @@ from rtctl.diagnosis.result import EXTENDED_MODEL, Cause, Diagnosis, share_text
 from rtctl.models.derived.oscillator import HARDENING, SOFTENING
 from rtctl.models.derived.quantity import Derived
 from rtctl.output.html_page import table, tile
-from rtctl.output.readable_units import printed_unit, readable_unit
+from rtctl.output.readable_units import printed_unit, readable, readable_unit
 
 UNSTATED = (
     "A probability compares the causes of the catalogue with one another. Where something else is left too, the "
@@ -95,9 +95,12 @@ def spring_sentence(derived: tuple[Derived, ...]) -> str:
     told = [one for one in derived if one.name.startswith((HARDENING, SOFTENING))]
     if not told:
         return ""
-    spring = told[0].name.partition(":")[0]
-    facts = "; ".join(f"{one.name.partition(': ')[2]}: {one.in_words()[1]}" for one in told)
-    return f"The model is a {spring}. {facts[:1].upper()}{facts[1:]}."
+    where, share = told
+    does = "hardens" if where.name.startswith(HARDENING) else "softens"
+    return (
+        f"The spring {does}: its cubic force is as large as the linear one at {readable(where.value, where.unit)}; "
+        f"{share.name.partition(': ')[2]} is {share.value:.3g}."
+    )
 
 
 def quantities_of(cause: Cause, derived: tuple[Derived, ...]) -> list[Derived]:
