@@ -61,14 +61,19 @@ def run(args: argparse.Namespace) -> int:
         print_diagnosis(diagnosis.answer, folder, written=not failure)
     if failure:
         raise RunError(f"{failure}; free some space, or write elsewhere with --out")
-    say_next(args, _next_words(diagnosis, args.dataset, folder))
+    say_next(args, _next_words(diagnosis, args.dataset, args.model, folder), diagnosis.answer.correction)
     return 1 if diagnosis.stopped else 0
 
 
-def _next_words(diagnosis: Diagnosis, dataset: Path, folder: Path) -> list[object]:
-    """Return the words of the next command: the experiment that decides, else the extended model beside the data."""
+def _next_words(diagnosis: Diagnosis, dataset: Path, model: Path, folder: Path) -> list[object]:
+    """Return the words of the next command: the experiment that decides, else the extended model beside the data.
+
+    Where the manifest is to be corrected, it is to identify again.
+    """
     if diagnosis.answer.doubt:
         return []
+    if diagnosis.answer.correction:
+        return ["identify", dataset, "--model", model, "--out", folder / "model.toml"]
     proposed = diagnosis.next_experiment
     if proposed is not None and proposed.decides:
         return ["acquire", folder / "next-experiment.toml", "--out", folder / "next"]
