@@ -93,4 +93,7 @@ def test_a_hold_that_a_delay_does_as_well_as_is_said_to_be_one_of_two(tmp_path: 
     assert text.startswith(
         'the records do not tell hold = "zero" (error 2 %) from hold = "linear" with a delay of the '
     )
-    assert "of the drive of 1.01 ms (error 2 %), and both fit better than this model (error 8.4 %)" in text
+    assert (
+        "of the drive of 1.01 ms (error 2 %; half a sample is 1 ms), and both fit better than this model (error 8.4 %)"
+        in text
+    )

@@ -19,8 +19,9 @@ from rtctl.border.simulation import Simulation
 from rtctl.identification.fit import Fit, FitError
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.noise.residual_noise import FINE_LENGTH
+from rtctl.identification.scales import estimate_scales
 from rtctl.identification.simulation_error.multiple_shooting import ShootingOptions, fit_multiple_shooting
-from rtctl.identification.simulation_error.output_error import FitOptions, fit_output_error
+from rtctl.identification.simulation_error.output_error import FitOptions, cut_liveliest, fit_output_error
 
 HOLDS = ("zero", "linear", "band-limited")
 LATER, EARLIER = "drive.delay", "timing.skew"
@@ -72,8 +73,8 @@ def compare_holds(fit: Fit, records: Sequence[FitRecord], options: FitOptions, m
         return HoldDoubt()
     correction = CORRECTION.format(hold=hold, drive=drive, manifest=manifest)
     said = {
-        "hold": hold, "now": now, "correction": correction, "error": _error(best, records),
-        "own": _error(own, records),
+        "hold": hold, "now": now, "correction": correction, "error": _error(best, refits.records),
+        "own": _error(own, refits.records),
     }  # fmt: skip
     better = HoldDoubt(BETTER.format(**said), correction)
     simulation = fit.simulation
@@ -84,21 +85,28 @@ def compare_holds(fit: Fit, records: Sequence[FitRecord], options: FitOptions, m
     late = refits.by(now, simulation.extended((LATER if hold == "zero" else EARLIER,)).with_values(values))
     if _beats(best, late):
         return better
-    return HoldDoubt() if _beats(late, best) else HoldDoubt(EITHER.format(**said, late=_delay(late, records)))
+    return (
+        HoldDoubt()
+        if _beats(late, best)
+        else HoldDoubt(EITHER.format(**said, late=_delay(late, refits.records)))
+    )
 
 
 class _Refits:
     """Re-fits from the optimum of `fit`, all by its method, with few iterations."""
 
     def __init__(self, fit: Fit, records: Sequence[FitRecord], options: FitOptions) -> None:
-        self._fit, self._records = fit, records
+        self._fit, self.records = fit, records
+        if fit.method != "output_error":  # thousands of segments: as many periods as starts are compared on
+            span_s = options.screening_periods * 2.0 * np.pi / estimate_scales(records).rate
+            self.records = [cut_liveliest(one, span_s) for one in records]
         self._options = replace(
             options, screening_iterations=0, iterations=ITERATIONS, final_iterations=FINAL_ITERATIONS
         )
 
     def by(self, hold: str, simulation: Simulation | None = None, start: Fit | None = None) -> Fit | None:
         """Return the re-fit with one hold; None where it diverges."""
-        records = [_held(one, hold) for one in self._records]
+        records = [_held(one, hold) for one in self.records]
         simulation = simulation or (start or self._fit).simulation
         try:
             if self._fit.method == "output_error":
@@ -142,7 +150,9 @@ def _delay(fit: Fit | None, records: Sequence[FitRecord]) -> str:
     if fit is None:
         return "a delay"
     whose = "drive" if fit.names[-1].startswith(LATER) else "readings"
-    return f"a delay of the {whose} of {1e3 * fit.values[-1]:.3g} ms (error {_error(fit, records)})"
+    late_ms, half_ms = 1e3 * fit.values[-1], 0.5e3 * records[0].period_s
+    error = _error(fit, records)
+    return f"a delay of the {whose} of {late_ms:.3g} ms (error {error}; half a sample is {half_ms:.3g} ms)"
 
 
 def _error(fit: Fit | None, records: Sequence[FitRecord]) -> str:
