@@ -161,4 +161,4 @@ def _error(fit: Fit | None, records: Sequence[FitRecord]) -> str:
         return "without bounds"
     output, rms = next(iter(fit.rms.items()))
     whole = np.concatenate([one.measured[output][one.first :] for one in records])
-    return f"{100.0 * rms / float(np.std(whole)):.2g} %"
+    return f"{100.0 * rms / float(np.std(whole)):.3g} %"
