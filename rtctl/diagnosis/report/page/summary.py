@@ -12,8 +12,8 @@ from rtctl.output.html_page import table, tile
 from rtctl.output.readable_units import printed_unit, readable_unit
 
 CORRECT_FIRST = (
-    "Then run rtctl identify and rtctl diagnose again: it is no property of the device, and other values and causes "
-    "may change with it."
+    "Then run rtctl identify and rtctl diagnose again: a wrong hold is no property of the device, and other values and "
+    "causes may change with it."
 )
 
 
