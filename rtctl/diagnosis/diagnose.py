@@ -21,10 +21,9 @@ from rtctl.diagnosis.problem.subjects import subjects_of_model
 from rtctl.diagnosis.problem.work_budget import WallClockGuard, WorkBudget
 from rtctl.diagnosis.report.causes import name_causes
 from rtctl.diagnosis.report.changed_signal import explain_by_changed_signals
-from rtctl.diagnosis.report.delay_doubt import doubt_delays
 from rtctl.diagnosis.report.file_value import explain_by_file_value
 from rtctl.diagnosis.report.nearest_cause import describe_nearest_cause
-from rtctl.diagnosis.report.remarks import remark
+from rtctl.diagnosis.report.remarks import doubt_delays, remark
 from rtctl.diagnosis.report.rounding import explain_by_steps
 from rtctl.diagnosis.report.same_laws import find_same_laws, tell_readings_at_the_end
 from rtctl.diagnosis.residual.localization import localize_residual
