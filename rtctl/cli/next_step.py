@@ -9,10 +9,16 @@ from itertools import count
 from pathlib import Path
 
 
-def say_next(args: argparse.Namespace, words: Sequence[object]) -> None:
-    """Print `now run: rtctl ...` from the words after `rtctl`; nothing under --quiet and --json, or without words."""
+def say_next(args: argparse.Namespace, words: Sequence[object], first: str = "") -> None:
+    """Print `now run: rtctl ...` from the words after `rtctl`; nothing under --quiet and --json, or without words.
+
+    Args:
+        args: Options of the verb.
+        words: The words after `rtctl`.
+        first: What is to be done before; "": nothing.
+    """
     if words and not (args.quiet or args.json):
-        print(f"now run: {shlex.join(['rtctl', *map(str, words)])}")
+        print(f"now {f'{first}, then ' if first else ''}run: {shlex.join(['rtctl', *map(str, words)])}")
 
 
 def answer_folder(parent: Path, model: Path) -> Path:

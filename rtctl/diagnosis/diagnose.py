@@ -23,7 +23,7 @@ from rtctl.diagnosis.report.causes import name_causes
 from rtctl.diagnosis.report.changed_signal import explain_by_changed_signals
 from rtctl.diagnosis.report.file_value import explain_by_file_value
 from rtctl.diagnosis.report.nearest_cause import describe_nearest_cause
-from rtctl.diagnosis.report.remarks import remark
+from rtctl.diagnosis.report.remarks import doubt_delays, remark
 from rtctl.diagnosis.report.rounding import explain_by_steps
 from rtctl.diagnosis.report.same_laws import find_same_laws, tell_readings_at_the_end
 from rtctl.diagnosis.residual.localization import localize_residual
@@ -158,6 +158,6 @@ def _answer(
         noise_rms=noise_rms_of(search.chosen, problem.subject.output),
         shape=estimate_missing_force(search.nominal, problem, coordinates, units)
         if verdict.leaves_gap and not problem.subject.is_steady else None,
-        warnings=(*filter(None, [doubt]), *verdict.notes, *named.notes, *remarks),
+        warnings=(*filter(None, [doubt]), *verdict.notes, *named.notes, *doubt_delays(causes, problem), *remarks),
         stopped=stopped, cut_by_clock=search.out_of_time and request.budget.cut_by_clock,
     )  # fmt: skip

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -46,6 +46,14 @@ class Cause(NamedTuple):
     """Ids that would explain the data as well in its place."""
 
     @property
+    def hold(self) -> str:
+        """Return the hold that is nearer to how an input goes on than the manifest's; "" of any other cause."""
+        if not (self.id.startswith("input.") and self.id.endswith(".hold")) or not self.parameters:
+            return ""
+        most = max(self.parameters, key=lambda name: self.parameters[name].value)
+        return most.removeprefix("toward_").replace("_", "-") if self.parameters[most].value > 0.5 else ""
+
+    @property
     def certainty(self) -> str:
         """Return the probability as text; where it is None, the share of the error that the cause removes."""
         if self.probability is None:
@@ -62,6 +70,22 @@ class Cause(NamedTuple):
             },
             "indistinguishable_from": list(self.indistinguishable_from),
         }
+
+
+def correction_of(causes: Sequence[Cause], drive: str) -> str:
+    """Return what to write in the manifest for causes that are mistakes there, as a wrong hold is; "": nothing.
+
+    Args:
+        causes: Causes of a diagnosis.
+        drive: Name of the input whose hold has no name in its id.
+    """
+    wrong = {
+        one.id.removeprefix("input").removesuffix("hold").strip(".") or drive: one.hold
+        for one in causes
+        if one.hold
+    }
+    lines = " and ".join(f'hold = "{hold}" in [signals.{name}]' for name, hold in wrong.items())
+    return f"write {lines} of the manifest" if lines else ""
 
 
 def share_text(share: float) -> str:
@@ -118,6 +142,11 @@ class Diagnosis:
     def undecided(self) -> bool:
         """Whether the search ended early and nothing it had found explains the data."""
         return self.verdict == "unexplained" and (self.stopped or self.search.out_of_time)
+
+    @property
+    def correction(self) -> str:
+        """Return what to write in the manifest before anything else; "": nothing."""
+        return correction_of(self.causes, self.problem.subject.drive)
 
     @property
     def withheld(self) -> str:

@@ -249,13 +249,13 @@ def test_who_has_only_a_file_is_told_how_to_play_the_next_experiment(
     say_next_experiment(args, found, tmp_path)
     said = capsys.readouterr().out
     assert "Play it as you played the drive of these data, record it, and begin again with rtctl init" in said
-    assert next_words(found, tmp_path / "dataset.toml", tmp_path)[:1] != ["acquire"]
+    assert next_words(found, tmp_path / "dataset.toml", tmp_path / "model.toml", tmp_path)[:1] != ["acquire"]
     found.save(tmp_path)
     assert "begin again with rtctl init" in (tmp_path / "report.html").read_text()
     acquired = replace(found, dataset=replace(found.dataset, identity="beam 7"))
     say_next_experiment(args, acquired, tmp_path)
     assert capsys.readouterr().out == ""
-    assert next_words(acquired, tmp_path / "dataset.toml", tmp_path)[0] == "acquire"
+    assert next_words(acquired, tmp_path / "dataset.toml", tmp_path / "model.toml", tmp_path)[0] == "acquire"
 
 
 @pytest.mark.parametrize("passes", [True, False])

@@ -348,6 +348,47 @@ def test_a_drive_in_steps_is_held(tmp_path: Path) -> None:
     u = np.repeat(M.u[::10], 10)
     found = guessed(write_text(tmp_path / "r.csv", "t [s],u [V],x [mm]\n", M.t, u, M.x))
     assert found.dataset.holds == {"drive": "zero"}
+    assert found.unsure == ()
+
+
+def test_a_hold_that_no_row_shows_is_told_until_it_is_said(tmp_path: Path) -> None:
+    path = write_text(tmp_path / "r.csv", "t [s],u [V],x [mm]\n", M.t, M.u, M.x)
+    found = guessed(path)
+    assert found.dataset.holds == {"drive": "linear"}
+    (told,) = found.unsure
+    for words in ("cannot be seen", 'hold = "linear"', "--hold zero", "half a sample of delay"):
+        assert words in told
+    assert rtctl.init(path, out=tmp_path / "said", plot=False, hold="zero").unsure == ()
+
+
+@pytest.mark.parametrize(
+    ("unit", "told"), [("mm", 'its name has "um" at its end'), ("um", ""), ("micron", "")]
+)
+def test_a_unit_that_the_name_of_the_column_contradicts_is_told(tmp_path: Path, unit: str, told: str) -> None:
+    path = write_text(tmp_path / "r.csv", "t [s],u [V],x_um\n", M.t, M.u, M.x)
+    found = guessed(path, outputs={"displacement": f"x_um:{unit}"}, hold="zero")
+    expected = (f'displacement: column "x_um" is read in {unit}, as you said, but {told}',) if told else ()
+    assert found.unsure == expected
+
+
+@pytest.mark.parametrize(
+    ("name", "rate", "said", "told"),
+    [
+        ("t", {}, "t:ms", "in seconds it gives 1000 Hz"),
+        ("t", {}, "t:s", ""),
+        ("t_ms", {}, "t_ms:s", 'its name has "ms" at its end'),
+        ("t", {"fs": 1000.0}, "t:ms", 'the variable "fs" of the file gives 1000 Hz'),
+        ("t", {"fs": 1000.0}, "t:s", ""),
+    ],
+)
+def test_a_unit_of_time_that_the_rest_contradicts_is_told(
+    tmp_path: Path, name: str, rate: dict[str, float], said: str, told: str
+) -> None:
+    path = tmp_path / "r.npz"
+    np.savez(path, **{name: M.t, "u [V]": M.u, "x [mm]": M.x, **rate})  # type: ignore[arg-type]
+    found = guessed(path, time=said, hold="zero")
+    assert len(found.unsure) == bool(told)
+    assert all(told in one and "as you said" in one for one in found.unsure)
 
 
 def test_a_manifest_elsewhere_refers_to_the_files_where_they_are(tmp_path: Path) -> None:

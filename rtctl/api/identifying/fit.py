@@ -40,6 +40,8 @@ class Fit:
     """The kind's own record of the fit."""
     derived: tuple[Derived, ...] = ()
     """What follows from the parameters in the terms of those who use the device, such as a natural frequency."""
+    correction: str = ""
+    """What to write in the manifest, to identify again, before the model is used; "": nothing."""
     _summary: Mapping[str, Any]
     _draw: Callable[[], Figure]
 

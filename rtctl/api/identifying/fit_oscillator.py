@@ -52,6 +52,7 @@ def fit_oscillator(
         warnings=result.warnings,
         result=result,
         derived=derive_from_file(content, with_displacement(dataset.units), largest),
+        correction=result.correction,
         _summary={**summary_of(result, dataset), **_weak_form(result)},
         _draw=lambda: worst_record_figure(result, dataset),
     )

@@ -5,7 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 from rtctl.diagnosis.problem.subject import LEFT_OUT
-from rtctl.diagnosis.report.page.summary import describe_remainder, explain_test_error, quantities_of
+from rtctl.diagnosis.report.page.summary import (
+    CORRECT_FIRST,
+    describe_remainder,
+    explain_test_error,
+    quantities_of,
+    state_correction,
+)
 from rtctl.diagnosis.report.words.plain_words import words_of_coordinate
 from rtctl.diagnosis.result import EXTENDED_MODEL, Diagnosis
 from rtctl.output.readable_units import readable, readable_unit
@@ -23,6 +29,8 @@ UNDECIDED = (
 
 def print_diagnosis(found: Diagnosis, folder: Path, *, written: bool = True) -> None:
     """Verdict, causes, gain, place, warnings, and where the files are, if they were `written`."""
+    if found.correction:
+        print(f"{state_correction(found)} {CORRECT_FIRST}")
     print(UNDECIDED if found.undecided else VERDICTS[found.verdict].format(rest=found.problem.rest))
     for cause in found.causes:
         others = f" These data cannot tell it from {', '.join(cause.indistinguishable_from)}."
@@ -64,7 +72,7 @@ def print_diagnosis(found: Diagnosis, folder: Path, *, written: bool = True) -> 
     _print_derived(found)
     for warning in found.warnings:
         print(f"  note: {warning}")
-    if found.next_experiment is not None:
+    if found.next_experiment is not None and not found.correction:
         print(f"  {found.next_experiment.statement}")
     if written:
         model = f" ({found.withheld})" if found.withheld else f", {EXTENDED_MODEL}"

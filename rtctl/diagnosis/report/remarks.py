@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.report.words.plain_words import words_of_coordinate, words_of_test
@@ -11,9 +11,11 @@ from rtctl.diagnosis.residual.localization import localize_residual
 from rtctl.diagnosis.residual.noise_floor import residual_over_noise
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 from rtctl.diagnosis.residual.tones import describe_tones
+from rtctl.diagnosis.result import Cause
 from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.search.stepwise import significance_level
 from rtctl.diagnosis.verification.verify import Verified
+from rtctl.output.readable_units import readable
 
 REMAINING = "with these causes the residual is {:.3g} times the noise (RMS)"
 REMAINING_ALONG = ", and goes with {}"
@@ -33,6 +35,15 @@ INPUT_NOISE = (
     "answers: {left:.0%} of the residual (RMS). Nothing of the device is wrong there; a quieter reading of the {name}, "
     "or the command as input, would leave less"
 )
+
+DELAY_DOUBT = (
+    "{id} is uncertain by half a sample, {half}, beyond its interval as long as it is not known how the {signal} goes "
+    'on between its samples: hold = "linear" in the manifest is a guess where nothing shows it, and a drive that a '
+    'converter holds ("zero") comes that much later by itself. If it does, write hold = "zero" in [signals.{signal}] '
+    "and run rtctl identify and rtctl diagnose again"
+)
+LATE = ("delay", "skew")
+"""Last words of the ids of mechanisms by which something comes late."""
 
 
 def remark(
@@ -87,3 +98,18 @@ def _describe_remainder(chosen: TestedHypothesis, least_share: float) -> str:
         for one in localize_residual(chosen, least_share)
     ]
     return said + (REMAINING_ALONG.format(", ".join(places[:LOCATIONS])) if places else "")
+
+
+def doubt_delays(causes: Sequence[Cause], problem: Problem) -> list[str]:
+    """Return a sentence on each delay that half a sample of another hold may be a part of."""
+    if problem.subject.is_steady or any(cause.hold for cause in causes):
+        return []
+    half = readable(0.5 * max(record.period_s for record in problem.records), "s")
+    guessed = [name for name, hold in problem.records[0].stimulus.holds.items() if hold == "linear"]
+    said = []
+    for cause in causes:
+        place, _, law = cause.id.rpartition(".")
+        own = [name for name in guessed if place == f"input.{name}"] or guessed
+        if law in LATE and own:
+            said.append(DELAY_DOUBT.format(id=cause.id, half=half, signal=own[0]))
+    return said

@@ -12,6 +12,7 @@ from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Simulation
 from rtctl.identification.fit import Fit, FitError
 from rtctl.identification.fit_record import FitRecord, select_fit_records
+from rtctl.identification.oscillator.hold_comparison import HoldDoubt, compare_holds
 from rtctl.identification.oscillator.start_values import generate_starts
 from rtctl.identification.oscillator.writing import (
     KIND,
@@ -74,6 +75,8 @@ class OscillatorFit:
     """The fitted records."""
     trusted: bool = True
     """Whether the fit follows the data at all; if not, standard errors of its parameters mean nothing."""
+    correction: str = ""
+    """What to write in the manifest before anything else; "": nothing."""
 
 
 def identify_oscillator(
@@ -111,6 +114,10 @@ def identify_oscillator(
     starts = generate_starts(simulation, records, options.starts, options.seed, trust_own=model is not None)
     fit, reason, free_share = _fit_by_suitable_method(simulation, records, starts.values, options, report)
     doubt = _describe_doubt(_compute_residual_share(fit, records, without_mean=True), free_share)
+    report("comparing holds of the drive", 1.0)
+    held = HoldDoubt()
+    if not (doubt or _is_undriven(records)):
+        held = compare_holds(fit, records, options.fit, dataset.path)
     return OscillatorFit(
         model=write_model(start, fit, with_errors=not doubt),
         trusted=not doubt,
@@ -120,9 +127,11 @@ def identify_oscillator(
         warnings=(
             *((NOT_TRUSTED.format(left=doubt),) if doubt else ()),
             *((UNDRIVEN,) if undriven else ()),
+            *((held.text,) if held.text else ()),
             *collect_warnings(fit),
         ),
         records=records,
+        correction=held.correction,
     )
 
 

@@ -33,6 +33,7 @@ from rtctl.measured.proposal.roles import Choice, Roles, assign_roles
 from rtctl.measured.proposal.scales import given_scales, scale_of
 from rtctl.measured.proposal.survey import Survey
 from rtctl.measured.proposal.sweeps import find_sweep, propose_sweeps
+from rtctl.measured.units import same_unit
 from rtctl.registry import PlantKind, plant_kind
 
 HELD_SHARE = 0.5
@@ -41,6 +42,11 @@ STAIR_LEVELS, STAIR_ROWS = 20, 3
 """Fewest levels, and rows of a level, of a quasi-static staircase."""
 NO_SIGNAL = "no signal of this kind of plant or model"
 HOLDS = ("linear", "zero", "band-limited")
+HOLD_UNSEEN = (
+    '{name}: how it goes on between its rows cannot be seen, as it changes from row to row: hold = "linear" (straight '
+    "lines) is taken; where a converter holds each value until the next one, say --hold zero, or the model is off by "
+    "half a sample of delay"
+)
 
 
 def propose(surveys: Sequence[Survey], answers: Answers) -> Proposal:
@@ -210,8 +216,12 @@ def _signals(
             opens.append(_unit_question(name, choice, unit, option))
         if reading.doubt and unit.source != "given" and scale is None:
             unsure.append(f'{name}: column "{choice.column}": {reading.doubt}')
+        if unit.source == "given":
+            unsure += _other_unit(name, choice.column, unit, reading.unit)
         role = kind.signals[name].role
         hold, why = _hold(answers, column.values) if role == "input" else (None, "")
+        if hold is not None and answers.hold is None and hold != "zero" and _varies(column.values):
+            unsure.append(HOLD_UNSEEN.format(name=name))
         found.append(SignalGuess(name=name, role=role, column=choice.column, why=choice.why, unit=unit.text,
                                  unit_source=unit.source, hold=hold, hold_why=why, certain=choice.certain,
                                  scale=None if scale is None else scale.value))  # fmt: skip
@@ -225,6 +235,13 @@ def _unit(given: Given | None, name: str, read: Unit) -> Unit:
         return given_unit(given.unit, name)
     except ValueError as error:
         raise InputError(f'unit of the {name}, column "{given.column}": {error}') from None
+
+
+def _other_unit(name: str, column: str, given: Unit, read: Unit) -> list[str]:
+    """Return the doubt about a unit that the user gave where the column says another one."""
+    if not read.text or same_unit(read.text, given.text):
+        return []
+    return [f'{name}: column "{column}" is read in {given.text}, as you said, but {read.source}']
 
 
 def _check_motion(name: str, column: str, unit: str) -> None:
@@ -262,6 +279,10 @@ def _hold(answers: Answers, values: FloatArray | None) -> tuple[str, str]:
     if len(steps) and np.mean(steps == 0.0) >= HELD_SHARE and np.any(steps):
         return "zero", "it stays and jumps, as the output of a converter does"
     return "linear", "it changes from row to row, as a measured signal does"
+
+
+def _varies(values: FloatArray | None) -> bool:
+    return values is not None and bool(np.any(np.diff(values)))
 
 
 def _check_common(surveys: Sequence[Survey], needed: Sequence[SignalGuess], time: TimeGuess) -> None:

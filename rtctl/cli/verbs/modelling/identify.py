@@ -48,7 +48,10 @@ def run(args: argparse.Namespace) -> int:
         print_json({"model": str(out), **fit.to_dict()})
     elif not args.quiet:
         print_fit(fit, out, out.with_suffix(".png") if draws else None)
-    if is_diagnosed_next(fit.model.kind, trusted=fit.trusted):
+    if fit.correction:
+        start = [] if args.model is None else ["--model", args.model]
+        say_next(args, ["identify", args.dataset, *start, "--out", out], fit.correction)
+    elif is_diagnosed_next(fit.model.kind, trusted=fit.trusted):
         say_next(args, ["diagnose", args.dataset, "--model", out, "--out", answer_folder(out.parent, out)])
     return 0 if fit.trusted else 1
 

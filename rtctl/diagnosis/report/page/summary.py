@@ -22,10 +22,22 @@ UNSTATED = (
     "catalogue may lack the right one, so none is stated."
 )
 
+CORRECT_FIRST = (
+    "Then run rtctl identify and rtctl diagnose again: a wrong hold is no property of the device, and other values and "
+    "causes may change with it."
+)
+
+
+def state_correction(diagnosis: Diagnosis) -> str:
+    """Return what is wrong in the manifest, with what to write; that it may be wrong, where the data do not decide."""
+    sure = not any(cause.indistinguishable_from for cause in diagnosis.causes if cause.hold)
+    return f"The manifest {'is' if sure else 'may be'} wrong: {diagnosis.correction}."
+
 
 def describe_verdict(diagnosis: Diagnosis) -> str:
     """Return the verdict in one sentence."""
-    names = " and ".join(escape(cause.id) for cause in diagnosis.causes)
+    causes = [cause for cause in diagnosis.causes if not cause.hold]
+    names = " and ".join(escape(cause.id) for cause in causes)
     least = diagnosis.problem.thresholds.report.min_headline_share
     clear = diagnosis.where and diagnosis.where[0].share >= least
     place = (
@@ -33,7 +45,7 @@ def describe_verdict(diagnosis: Diagnosis) -> str:
     )
     rivals = [one for cause in diagnosis.causes for one in cause.indistinguishable_from]
     undecided = f", or {escape(', '.join(rivals))} in its place: these data do not decide" if rivals else ""
-    them = "it" if len(diagnosis.causes) == 1 else "them"
+    them = "it" if len(causes) == 1 else "them"
     rest = escape(diagnosis.problem.rest)
     texts = {
         "adequate": f"Nothing is wrong: the residual of the model is {rest}.",
@@ -46,7 +58,14 @@ def describe_verdict(diagnosis: Diagnosis) -> str:
             f"Undecided: something is wrong{place}, and the search ended before it was through; nothing explains it "
             "so far."
         )
-    return f'<span class="{diagnosis.verdict}">{texts[diagnosis.verdict]}</span>'
+    if not diagnosis.correction:
+        return f'<span class="{diagnosis.verdict}">{texts[diagnosis.verdict]}</span>'
+    if not causes:
+        texts["explained"] = f"With it, the residual is {rest}{undecided}."
+        texts["partly_explained"] = f"Something else is left{undecided}."
+    # in the colour of what is not explained yet, whatever the verdict
+    first = escape(f"{state_correction(diagnosis)} ", quote=False)
+    return f'<span class="partly_explained">{first}{texts[diagnosis.verdict]}</span>'
 
 
 def explain_test_error(diagnosis: Diagnosis) -> str:
@@ -186,6 +205,9 @@ def describe_what_to_do(diagnosis: Diagnosis, how: str) -> str:
         how: How the next experiment is played, commands in backticks.
     """
     steps = []
+    if diagnosis.correction:  # what else is said here was found with a wrong drive
+        first = escape(f"{_sentence(diagnosis.correction)} {CORRECT_FIRST}", quote=False)
+        return f"<h3>What to do</h3><ul><li>{first}</li></ul>"
     if diagnosis.causes and not diagnosis.withheld:
         steps.append(
             f"Use <code>{EXTENDED_MODEL}</code> in place of today's model; look at the test records below first."

@@ -23,7 +23,7 @@ from rtctl.measured.proposal.naming.column_names import WEAK
 from rtctl.measured.proposal.naming.column_units import quantity_of, read_column
 from rtctl.measured.proposal.proposal import Answers, Open, TimeGuess
 from rtctl.measured.proposal.survey import Column, Survey
-from rtctl.measured.units import check_unit
+from rtctl.measured.units import check_unit, same_unit
 
 FINEST_DOUBT_S = 0.0101
 """Step [s] above which a column without a unit may as well count milliseconds: of 100 kHz and less."""
@@ -240,13 +240,36 @@ def _of_column(column: Column, given_unit: str, why: str, told: ToldRate | None)
     if column.values is None:
         return Time(TimeGuess(column=column.name, why=f"{why}; dates"))
     if given_unit:
-        return Time(TimeGuess(column=column.name, unit=_time_unit(given_unit), why=why))
+        guess = TimeGuess(column=column.name, unit=_time_unit(given_unit), why=why)
+        return Time(guess, unsure=_other_time(column, given_unit, told))
     unit = read_column(column).unit
     if unit.text and quantity_of(unit.text) == "time":
         guess = TimeGuess(column=column.name, unit=unit.text, why=f"{why}; {unit.source}")
         step_s = float(np.median(np.diff(read_time(column, unit.text).time_s)))
         return Time(guess, unsure=_one_of_several(told, 1.0 / step_s) if step_s > 0.0 else ())
     return _of_unknown_unit(column, why, told)
+
+
+def _other_time(column: Column, given_unit: str, told: ToldRate | None) -> tuple[str, ...]:
+    """Return the doubt about a unit of time that the user gave where the column or the file says another one."""
+    assert column.values is not None
+    step = float(np.median(np.diff(column.values))) if column.rows > 1 else 0.0
+    if not step > 0.0:
+        return ()
+    step_s, read = _converted(step, given_unit, "s"), read_column(column).unit
+    if read.text and quantity_of(read.text) == "time":
+        against = "" if same_unit(read.text, given_unit) else read.source
+    elif told is not None:
+        several = _one_of_several(told, 1.0 / step_s)
+        if several or abs(step_s * told.rate_hz - 1.0) < AGREES:
+            return several
+        against = f"{told.source} of the file gives {told.rate_hz:.6g} Hz"
+    else:
+        against = f"in seconds it gives {1.0 / step:.6g} Hz" if step_s < _FINEST_S <= step else ""
+    if not against:
+        return ()
+    rate = f"{1.0 / step_s:.6g} Hz over {step_s * (column.rows - 1):.6g} s"
+    return (f'time: "{column.name}" is read in {given_unit}, as you said: {rate}, but {against}',)
 
 
 def _one_of_several(told: ToldRate | None, rate_hz: float) -> tuple[str, ...]:
