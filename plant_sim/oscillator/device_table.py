@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from functools import lru_cache
+from itertools import accumulate
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -18,7 +19,7 @@ from rtctl.border.errors import InputError
 from rtctl.border.model_file import ModelFile
 from rtctl.border.units.quantities import Checked, Quantity, check, unit_registry
 
-AS_WRITTEN = re.compile(r"\((?P<displacement>.+)\)/\(s\^2\*\(\((?P<drive>.+)\)\)\)")
+AS_WRITTEN = re.compile(r"(?P<displacement>\(.+\)|\w+)/\(s\^2\*(?P<drive>\(.+\)|\w+)\)")
 """Form of the unit of `drive_gain`, which tells those of drive and displacement; m/s^2 alone does not."""
 WIDEST_DRIVE = 1e6
 """Limit of a device that states none, in its unit."""
@@ -113,7 +114,7 @@ def _told_units(model: ModelFile) -> dict[str, str]:
     if gain is None:
         return units
     if report := AS_WRITTEN.fullmatch(gain.unit):
-        return report.groupdict()
+        return {signal: _without_outer_brackets(unit) for signal, unit in report.groupdict().items()}
     try:
         powers = dict(unit_registry().parse_units(gain.unit)._units)
     except Exception:  # pint lets out whatever it stumbles on; the model's own reading says it in words
@@ -125,6 +126,15 @@ def _told_units(model: ModelFile) -> dict[str, str]:
 
 
 @lru_cache
+def _without_outer_brackets(unit: str) -> str:
+    while unit.startswith("("):
+        depths = list(accumulate((one == "(") - (one == ")") for one in unit))
+        if depths.index(0) + 1 < len(unit):
+            break
+        unit = unit[1:-1]
+    return unit
+
+
 def _table_in(drive_unit: str, displacement_unit: str) -> type[Checked]:
     """Return the table with its quantities in the device's own units."""
 

@@ -36,7 +36,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "rtctl simulate model.toml data/dataset.toml --out compared --no-plot --json",
     ),
     "diagnose": (
-        "rtctl diagnose data/dataset.toml --model model.toml --out answer",
+        "rtctl diagnose data/dataset.toml --out answer",
         "rtctl diagnose data/dataset.toml --model model.toml --out answer --mechanisms friction.coulomb,drive.delay",
     ),
     "reproduce": ("rtctl reproduce vo2 --out out/vo2 --short", "rtctl reproduce bistable --out out/bistable"),

@@ -196,7 +196,7 @@ def sigint() -> Iterator[Callable[..., object]]:
 
 def test_ctrl_c_in_a_diagnosis_gives_what_is_known(bench: Path, sigint: Callable[..., object]) -> None:
     def interrupt(text: str, share: float | None) -> None:
-        if "do not explain" in text:
+        if "not explain it" in text:
             signal.raise_signal(signal.SIGINT)
 
     diagnosis = rtctl.diagnose(

@@ -63,6 +63,18 @@ def test_the_answer_has_the_keys_of_the_file_formats_and_names_friction(answered
     assert found["isolability"]["ids"] == ["stiffness.cubic", "damping.quadratic", "friction.coulomb"]
 
 
+def test_without_a_model_one_is_identified_first(
+    answered: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["diagnose", str(answered / "dataset.toml"), "--out", str(tmp_path / "answer")]
+    assert main([*command, "--mechanisms", "friction.coulomb"]) == 0
+    (cause,) = json.loads((tmp_path / "answer" / "diagnosis.json").read_text())["causes"]
+    assert cause["id"] == "friction.coulomb"
+    model = tmp_path / "answer" / "model.toml"
+    assert read_oscillator_model(model).model.parameters["stiffness"].value > 0.0
+    assert f"wrote {model}" in capsys.readouterr().out
+
+
 def test_the_extended_model_simulates_the_test_record_down_to_the_noise(answered: Path) -> None:
     model, problem = answered / "out" / "model-extended.toml", answered / "dataset.toml"
     assert (

@@ -115,7 +115,7 @@ def test_an_angle_is_known_in_its_unit(unit: str, radian: float) -> None:
 def test_a_displacement_that_is_no_angle_needs_its_radian(unit: str) -> None:
     assert not in_units(GRAVITY, {"drive": "V", "displacement": unit}).suits_data
     if unit == "mm":
-        with pytest.raises(InputError, match=r"parameters.radian \[\(mm\)\] of stiffness.gravity is missing"):
+        with pytest.raises(InputError, match=r"parameters.radian \[mm\] of stiffness.gravity is missing"):
             oscillator_simulation(
                 model(("stiffness.gravity", {"coefficient": (9.0, "1/s^2")})), UNITS, "test"
             )

@@ -252,6 +252,13 @@ def test_beyond_its_range_the_sensor_has_no_reading(tmp_path: Path) -> None:
     assert reference > 0.1
 
 
+def test_a_model_of_an_earlier_version_tells_them_too(tmp_path: Path) -> None:
+    tables = {"drive_gain": {"value": 3.0, "unit": "(mm)/(s^2*((m/s^2)))"}}
+    model = ModelFile.model_validate({"model": {"kind": "oscillator", "parameters": tables}})
+    report = read_device_table(model, tmp_path / "model.toml")
+    assert (report.displacement.unit, report.drive.unit) == ("mm", "m/s^2")
+
+
 @pytest.mark.parametrize(("z", "u"), [("mm", "V"), ("mm", "m/s^2"), ("m/s", "N/(kg*m)")])
 def test_a_model_that_the_program_wrote_tells_the_units_of_its_device(z: str, u: str, tmp_path: Path) -> None:
     """Compound ones too: an extended model is rehearsed on as it stands."""

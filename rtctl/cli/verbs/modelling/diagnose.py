@@ -17,7 +17,11 @@ MILLION = 1e6
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of `rtctl diagnose`."""
     parser.add_argument("dataset", type=Path, help="dataset manifest (dataset.toml)")
-    parser.add_argument("--model", type=Path, required=True, help="today's model (model.toml)")
+    parser.add_argument(
+        "--model",
+        type=Path,
+        help="today's model (model.toml); without one it is identified first: DIR/model.toml",
+    )
     parser.add_argument("--out", type=Path, required=True, help="folder of the results")
     parser.add_argument(
         "--false-claims", type=float, default=0.05, metavar="RATE",
@@ -46,8 +50,9 @@ def run(args: argparse.Namespace) -> int:
     from rtctl.cli.printing.diagnosis import print_diagnosis
 
     folder = output_folder(args.out)
+    model = args.model or identified(args, folder / "model.toml")
     diagnosis = diagnose(
-        args.dataset, args.model, mechanisms=args.mechanisms, false_claim_rate=args.false_claims,
+        args.dataset, model, mechanisms=args.mechanisms, false_claim_rate=args.false_claims,
         work=MILLION * args.work, seconds=args.seconds, progress=not is_quiet(args),
     )  # fmt: skip
     failure = ""
@@ -62,8 +67,22 @@ def run(args: argparse.Namespace) -> int:
     if failure:
         raise RunError(f"{failure}; free some space, or write elsewhere with --out")
     say_next_experiment(args, diagnosis, folder)
-    say_next(args, next_words(diagnosis, args.dataset, args.model, folder), diagnosis.answer.correction)
+    say_next(args, next_words(diagnosis, args.dataset, model, folder), diagnosis.answer.correction)
     return 1 if diagnosis.stopped else 0
+
+
+def identified(args: argparse.Namespace, out: Path) -> Path:
+    """Identify the nominal model of the dataset, write and print it, also one that the data do not follow yet."""
+    from rtctl.api.identifying.identification import identify
+    from rtctl.cli.options import is_quiet
+    from rtctl.cli.printing.fits import print_fit
+    from rtctl.extras import can_draw
+
+    draws = can_draw()
+    fit = identify(args.dataset, progress=not is_quiet(args)).save(out, plot=draws)
+    if not (args.quiet or args.json):
+        print_fit(fit, out, out.with_suffix(".png") if draws else None)
+    return out
 
 
 def say_next_experiment(args: argparse.Namespace, diagnosis: Diagnosis, folder: Path) -> None:
