@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 from functools import lru_cache
-from itertools import accumulate
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -16,6 +15,7 @@ from pydantic import Field, create_model, model_validator
 
 from plant_sim.bounds import FINITE, NOT_NEGATIVE, POSITIVE
 from rtctl.border.errors import InputError
+from rtctl.border.mechanisms import without_brackets
 from rtctl.border.model_file import ModelFile
 from rtctl.border.units.quantities import Checked, Quantity, check, unit_registry
 
@@ -114,7 +114,7 @@ def _told_units(model: ModelFile) -> dict[str, str]:
     if gain is None:
         return units
     if report := AS_WRITTEN.fullmatch(gain.unit):
-        return {signal: _without_outer_brackets(unit) for signal, unit in report.groupdict().items()}
+        return {signal: without_brackets(unit) for signal, unit in report.groupdict().items()}
     try:
         powers = dict(unit_registry().parse_units(gain.unit)._units)
     except Exception:  # pint lets out whatever it stumbles on; the model's own reading says it in words
@@ -126,15 +126,6 @@ def _told_units(model: ModelFile) -> dict[str, str]:
 
 
 @lru_cache
-def _without_outer_brackets(unit: str) -> str:
-    while unit.startswith("("):
-        depths = list(accumulate((one == "(") - (one == ")") for one in unit))
-        if depths.index(0) + 1 < len(unit):
-            break
-        unit = unit[1:-1]
-    return unit
-
-
 def _table_in(drive_unit: str, displacement_unit: str) -> type[Checked]:
     """Return the table with its quantities in the device's own units."""
 

@@ -10,6 +10,7 @@ import math
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from itertools import accumulate
 from typing import NamedTuple
 
 import numpy as np
@@ -144,12 +145,19 @@ def plain_unit(unit: str) -> str:
 
 
 def without_brackets(unit: str) -> str:
-    """Return a unit without the brackets around single names, which change nothing; `ln(ohm)` keeps its own."""
+    """Return a unit without brackets that change nothing, around single names or the whole; `ln(ohm)` stays."""
     before = ""
     while before != unit:
         before, unit = unit, re.sub(r"\(\(([^()]*)\)\)", r"(\1)", re.sub(r"(?<!\w)\((\w+)\)", r"\1", unit))
-    whole = re.fullmatch(r"\(([^()]*)\)", unit)
-    return whole[1] if whole else unit
+    while unit.startswith("(") and _closing(unit) + 1 == len(unit):
+        unit = unit[1:-1]
+    return unit
+
+
+def _closing(unit: str) -> int:
+    """Return the place of the bracket that closes the first one; -1: there is none."""
+    depths = accumulate((one == "(") - (one == ")") for one in unit)
+    return next((k for k, depth in enumerate(depths) if depth == 0), -1)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

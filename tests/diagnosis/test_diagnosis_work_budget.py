@@ -100,8 +100,7 @@ def test_without_work_nothing_is_fitted_no_cause_is_claimed_and_the_answer_says_
         read_dataset(manifest), read_oscillator_model(model), simulation_for(model, open_dataset(manifest)),
         ("friction.coulomb", "stiffness.cubic"), DiagnosisOptions(work=0.0, threads=1), heard.append,
     )  # fmt: skip
-    assert heard[0] == "the nominal model"
-    assert not any("friction" in text or "stiffness" in text for text in heard), "nothing was fitted"
+    assert heard == ["the nominal model", "the next experiment, and what the answer is worth"]
     assert (found.verdict, found.causes) == ("unexplained", ())
     assert found.search.out_of_time
     assert "used up its budget of 0 million simulated steps" in found.warnings[-1]

@@ -13,6 +13,7 @@ from rtctl.diagnosis.problem.estimate import Estimate
 from rtctl.diagnosis.result import Cause, correction_of
 
 LATE = {"id": "drive.delay", "parameters": {"delay": {"value": 6.0, "unit": "ms"}}}
+SENSOR = {"id": "sensor.lag", "parameters": {"time_constant": {"value": 12.0, "unit": "ms"}}}
 HOLDS = ("toward_zero", "toward_linear", "toward_band_limited")
 FIRST = 'write hold = "zero" in [signals.drive] of the manifest'
 
@@ -77,3 +78,15 @@ def test_a_delay_is_said_to_be_uncertain_by_half_a_sample(
     assert "drive.delay: The drive acts" in said
     assert "note: drive.delay is uncertain by half a sample, 1 ms, beyond its interval" in said
     assert 'write hold = "zero" in [signals.drive]' in said
+
+
+def test_a_lag_no_longer_than_a_sample_is_said_to_be_perhaps_the_hold(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The drive is held and the manifest says lines: half a sample is missing, which a short lag takes up."""
+    said, _ = answered(tmp_path, capsys, device(SENSOR), "zero", "sensor.lag,drive.lag")
+    assert (
+        "note: drive.lag is no longer than a sample, and half a sample, 1 ms, is what a wrong hold looks"
+        in said
+    )
+    assert "note: sensor.lag" not in said, "a long one is a lag"

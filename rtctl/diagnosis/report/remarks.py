@@ -42,6 +42,11 @@ DELAY_DOUBT = (
     'converter holds ("zero") comes that much later by itself. If it does, write hold = "zero" in [signals.{signal}] '
     "and run rtctl identify and rtctl diagnose again"
 )
+LAG_DOUBT = (
+    "{id} is no longer than a sample, and half a sample, {half}, is what a wrong hold looks like: it may be no lag of "
+    'the device. If a converter holds the {signal} between its samples, write hold = "zero" in [signals.{signal}] '
+    "and run rtctl identify and rtctl diagnose again"
+)
 LATE = ("delay", "skew")
 """Last words of the ids of mechanisms by which something comes late."""
 
@@ -101,15 +106,19 @@ def _describe_remainder(chosen: TestedHypothesis, least_share: float) -> str:
 
 
 def doubt_delays(causes: Sequence[Cause], problem: Problem) -> list[str]:
-    """Return a sentence on each delay that half a sample of another hold may be a part of."""
+    """Return a sentence on each delay that half a sample of another hold may be a part of, and on such short lags."""
     if problem.subject.is_steady or any(cause.hold for cause in causes):
         return []
-    half = readable(0.5 * max(record.period_s for record in problem.records), "s")
+    period_s = max(record.period_s for record in problem.records)
+    half = readable(0.5 * period_s, "s")
     guessed = [name for name, hold in problem.records[0].stimulus.holds.items() if hold == "linear"]
     said = []
     for cause in causes:
         place, _, law = cause.id.rpartition(".")
         own = [name for name in guessed if place == f"input.{name}"] or guessed
-        if law in LATE and own:
-            said.append(DELAY_DOUBT.format(id=cause.id, half=half, signal=own[0]))
+        time = cause.parameters.get("time_constant")
+        is_short = law == "lag" and time is not None and time.value <= period_s
+        if own and (law in LATE or is_short):
+            text = LAG_DOUBT if is_short else DELAY_DOUBT
+            said.append(text.format(id=cause.id, half=half, signal=own[0]))
     return said

@@ -114,9 +114,9 @@ def identify_oscillator(
     starts = generate_starts(simulation, records, options.starts, options.seed, trust_own=model is not None)
     fit, reason, free_share = _fit_by_suitable_method(simulation, records, starts.values, options, report)
     doubt = _describe_doubt(_compute_residual_share(fit, records, without_mean=True), free_share)
-    report("comparing holds of the drive", 1.0)
     held = HoldDoubt()
     if not (doubt or _is_undriven(records)):
+        report("comparing holds of the drive", 1.0)
         held = compare_holds(fit, records, options.fit, dataset.path)
     return OscillatorFit(
         model=write_model(start, fit, with_errors=not doubt),

@@ -15,7 +15,8 @@ from rtctl.measured.manifest.signal_kinds import measured_kinds
 from rtctl.measured.proposal.candidates import SINGLE, Candidate, find_candidates
 from rtctl.measured.proposal.given import Given, check_plant, given_signals
 from rtctl.measured.proposal.instants.stamps import judge_stamps
-from rtctl.measured.proposal.instants.time_base import find_time, homes_of, told_rate_hz
+from rtctl.measured.proposal.instants.time_base import find_time, homes_of
+from rtctl.measured.proposal.instants.told_rate import told_rate_hz
 from rtctl.measured.proposal.naming.column_names import STRONG
 from rtctl.measured.proposal.naming.column_units import (
     MOTIONS,

@@ -112,7 +112,7 @@ def describe_spring(diagnosis: Diagnosis) -> str:
 def spring_sentence(derived: tuple[Derived, ...]) -> str:
     """Return what the derived quantities say of a spring that hardens or softens; "" where they say nothing."""
     told = [one for one in derived if one.name.startswith((HARDENING, SOFTENING))]
-    if not told:
+    if len(told) != 2:  # place and share; where one of them is no number, none is said
         return ""
     where, share = told
     does = "hardens" if where.name.startswith(HARDENING) else "softens"

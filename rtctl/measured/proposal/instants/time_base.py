@@ -13,12 +13,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
-from rtctl.measured.columns.time_axis import StatedPeriod, decimation
 from rtctl.measured.columns.time_column import TimeColumn, TimeUnit, seconds
 from rtctl.measured.proposal.candidates import is_count
 from rtctl.measured.proposal.given import NONE, column_and_unit
+from rtctl.measured.proposal.instants.told_rate import (
+    ToldRate,
+    convert_number,
+    describe_missing_rate,
+    is_rate_unit,
+    one_of_several,
+    rate_variable,
+    told_rate,
+)
 from rtctl.measured.proposal.naming.column_names import WEAK
 from rtctl.measured.proposal.naming.column_units import quantity_of, read_column
 from rtctl.measured.proposal.proposal import Answers, Open, TimeGuess
@@ -53,16 +60,6 @@ class Time(NamedTuple):
     unsure: tuple[str, ...] = ()
 
 
-class ToldRate(NamedTuple):
-    """A rate that a file tells apart from its columns."""
-
-    source: str
-    """What tells it: a variable, or a line of text."""
-    rate_hz: float
-    unit: str
-    """Unit in which its number is taken; "": it is written there."""
-
-
 def find_time(surveys: Sequence[Survey], answers: Answers, homes: Homes = frozenset()) -> Time:
     """Return what tells the time. Raises InputError where the user's word contradicts the files.
 
@@ -75,16 +72,16 @@ def find_time(surveys: Sequence[Survey], answers: Answers, homes: Homes = frozen
         if answers.time is None:
             for survey in surveys:
                 _check_rate(survey, answers.sample_rate_hz, homes)
-        lines = _told_rate(_without_others(surveys[0], homes))
-        remark = _one_of_several(lines, answers.sample_rate_hz)
+        lines = told_rate(_without_others(surveys[0], homes))
+        remark = one_of_several(lines, answers.sample_rate_hz)
         return Time(TimeGuess(rate_hz=answers.sample_rate_hz, why="you said so"), unsure=remark)
     columns = surveys[0].columns
     if answers.time not in (None, NONE):
         name, unit = column_and_unit(str(answers.time), columns, "--time")
-        return _of_column(columns[name], unit, "you said so", _told_rate(_without_others(surveys[0], homes)))
+        return _of_column(columns[name], unit, "you said so", told_rate(_without_others(surveys[0], homes)))
     near = [_without_others(survey, homes) for survey in surveys]
     if answers.time is None and (found := _time_column(near[0])) is not None:
-        return _of_column(found[0], "", found[1], _told_rate(near[0]))
+        return _of_column(found[0], "", found[1], told_rate(near[0]))
     told = _of_files(near)
     return _of_others(surveys[0], answers, told, homes) if told.opens and homes else told
 
@@ -97,7 +94,7 @@ def _check_rate(survey: Survey, rate_hz: float, homes: Homes) -> None:
     found = _time_column(near)
     remedy = "leave out --sample-rate, or say --time - to pass over it"
     if found is None:
-        told = _rate_variable(near)
+        told = rate_variable(near)
         if told is not None and abs(told.rate_hz / rate_hz - 1.0) > AGREES:
             raise InputError(
                 f"--sample-rate {rate_hz:g}: {told.source} of {survey.path} gives {told.rate_hz:.6g} Hz; {remedy}"
@@ -246,7 +243,7 @@ def _of_column(column: Column, given_unit: str, why: str, told: ToldRate | None)
     if unit.text and quantity_of(unit.text) == "time":
         guess = TimeGuess(column=column.name, unit=unit.text, why=f"{why}; {unit.source}")
         step_s = float(np.median(np.diff(read_time(column, unit.text).time_s)))
-        return Time(guess, unsure=_one_of_several(told, 1.0 / step_s) if step_s > 0.0 else ())
+        return Time(guess, unsure=one_of_several(told, 1.0 / step_s) if step_s > 0.0 else ())
     return _of_unknown_unit(column, why, told)
 
 
@@ -256,11 +253,11 @@ def _other_time(column: Column, given_unit: str, told: ToldRate | None) -> tuple
     step = float(np.median(np.diff(column.values))) if column.rows > 1 else 0.0
     if not step > 0.0:
         return ()
-    step_s, read = _converted(step, given_unit, "s"), read_column(column).unit
+    step_s, read = convert_number(step, given_unit, "s"), read_column(column).unit
     if read.text and quantity_of(read.text) == "time":
         against = "" if same_unit(read.text, given_unit) else read.source
     elif told is not None:
-        several = _one_of_several(told, 1.0 / step_s)
+        several = one_of_several(told, 1.0 / step_s)
         if several or abs(step_s * told.rate_hz - 1.0) < AGREES:
             return several
         against = f"{told.source} of the file gives {told.rate_hz:.6g} Hz"
@@ -270,15 +267,6 @@ def _other_time(column: Column, given_unit: str, told: ToldRate | None) -> tuple
         return ()
     rate = f"{1.0 / step_s:.6g} Hz over {step_s * (column.rows - 1):.6g} s"
     return (f'time: "{column.name}" is read in {given_unit}, as you said: {rate}, but {against}',)
-
-
-def _one_of_several(told: ToldRate | None, rate_hz: float) -> tuple[str, ...]:
-    """Return the remark that a file has one of several samples of the rate that it tells, where that is so."""
-    if told is None:
-        return ()
-    every = decimation(StatedPeriod(1.0 / told.rate_hz, told.source, is_of_device=True), rate_hz)
-    text = f"rate: {told.source} gives {told.rate_hz:.6g} Hz; by its time the file has one of {every} of those samples"
-    return (text,) if every else ()
 
 
 def _of_unknown_unit(column: Column, why: str, told: ToldRate | None) -> Time:
@@ -343,31 +331,18 @@ def _of_files(surveys: Sequence[Survey]) -> Time:
                 guess, unsure=(f"rate: the file states {key} = 1 s, as programs do where nobody set it",)
             )
         return Time(guess)
-    rates = [_told_rate(survey) for survey in surveys]
+    rates = [told_rate(survey) for survey in surveys]
     if all(rates):
         return _of_told([one for one in rates if one])
-    text = f"the sample rate is not known: no column looks like a time, and {_without_rate(surveys, rates)}"
+    text = f"the sample rate is not known: no column looks like a time, and {describe_missing_rate(surveys, rates)}"
     spectra = [
-        name for name in time_candidates(surveys[0]) if _is_rate_unit(_unit_text(surveys[0].columns[name]))
+        name for name in time_candidates(surveys[0]) if is_rate_unit(_unit_text(surveys[0].columns[name]))
     ]
     if spectra:
         text += f' (the column "{spectra[0]}" is a frequency: a spectrum is no record, its time signals are needed)'
     return Time(
         TimeGuess(), opens=(Open("sample_rate_hz", text, "--sample-rate HZ or --time COLUMN[:UNIT]"),)
     )
-
-
-def _without_rate(surveys: Sequence[Survey], rates: Sequence[ToldRate | None]) -> str:
-    """Return what the first file without a rate states in place of one, and what another file states."""
-    survey = surveys[rates.index(None)]
-    doubt = survey.preamble.doubt
-    if len(surveys) == 1:
-        return doubt or "the file states no rate that can be read"
-    text = (
-        f"in {survey.path.name} {doubt}" if doubt else f"{survey.path.name} states no rate that can be read"
-    )
-    others = [(one, other.path.name) for one, other in zip(rates, surveys, strict=True) if one is not None]
-    return text + "".join(f" ({one.source} of {name} gives {one.rate_hz:.6g} Hz)" for one, name in others[:1])
 
 
 def _of_told(rates: Sequence[ToldRate]) -> Time:
@@ -380,50 +355,5 @@ def _of_told(rates: Sequence[ToldRate]) -> Time:
     return Time(TimeGuess(rate_hz=rate_hz if equal else None, why=why), unsure=unsure)
 
 
-def told_rate_hz(survey: Survey) -> float | None:
-    """Return the rate [Hz] that a variable or a line of the file tells; None: none does."""
-    found = _told_rate(survey)
-    return None if found is None else found.rate_hz
-
-
-def _told_rate(survey: Survey) -> ToldRate | None:
-    """Return the rate of a line above the columns, else of a variable."""
-    lines = survey.preamble
-    if lines.period_s is None:
-        return _rate_variable(survey)
-    return ToldRate(lines.source, float(f"{1.0 / lines.period_s:.12g}"), lines.taken_in)
-
-
-def _rate_variable(survey: Survey) -> ToldRate | None:
-    """Return the rate of a single number that is called as a rate or a period is."""
-    for name, column in survey.columns.items():
-        if column.values is None or column.rows != 1 or not column.values[0] > 0.0:
-            continue
-        reading = read_column(Column(name=name.rpartition(".")[2].rpartition("/")[2], unit=column.unit))
-        value = float(column.values[0])
-        if reading.votes.get("rate") or (reading.votes.get("none") and _is_rate_unit(reading.unit.text)):
-            unit = reading.unit.text or "Hz"
-            return ToldRate(f'the variable "{name}"', _converted(value, unit, "Hz"), unit)
-        if reading.votes.get("period"):
-            unit = reading.unit.text or "s"
-            return ToldRate(f'the variable "{name}"', 1.0 / _converted(value, unit, "s"), unit)
-    return None
-
-
 def _unit_text(column: Column) -> str:
     return read_column(column).unit.text
-
-
-def _is_rate_unit(unit: str) -> bool:
-    try:
-        check_unit(unit, "Hz")
-    except ValueError:
-        return False
-    return bool(unit)
-
-
-def _converted(value: float, unit: str, to: str) -> float:
-    from rtctl.measured.units import convert_column
-
-    values: FloatArray = convert_column(np.array([value]), unit, to)
-    return float(values[0])
