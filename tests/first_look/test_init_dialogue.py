@@ -79,7 +79,7 @@ def test_a_person_takes_the_guesses_by_enter_and_says_what_is_not_known(tmp_path
         "this cannot be guessed: an answer is needed",
         'unknown unit "blorp"',
         "Which column is the displacement? (- for none) [x]",
-        "now run: rtctl identify dataset.toml --out model.toml",
+        "now run: rtctl diagnose dataset.toml --out answer",
     ):
         assert words in shown, shown
     dataset = rtctl.read_dataset(tmp_path / "dataset.toml")

@@ -24,8 +24,8 @@ def test_from_a_file_to_a_model_that_holds_on_the_test_record(
     assert main(["init", "run 7.csv", "--yes"]) == 0
     assert Path("preview.png").stat().st_size > 20_000
     words = shlex.split(capsys.readouterr().out.strip().splitlines()[-1].removeprefix("now run: "))[1:]
-    assert words == ["identify", "dataset.toml", "--out", "model.toml"]
-    assert main([*words, "--no-plot"]) == 0
+    assert words == ["diagnose", "dataset.toml", "--out", "answer"], "which identifies a model first"
+    assert main(["identify", "dataset.toml", "--out", "model.toml", "--no-plot"]) == 0
     found = rtctl.read_model("model.toml").parameters
     assert found["damping"].value == pytest.approx(8.0, rel=0.01)
     assert found["stiffness"].value == pytest.approx(8882.6, rel=0.001)
@@ -55,7 +55,7 @@ def test_python_gives_path_guesses_and_summary_and_never_asks(
     assert found.guessed["signals.drive.unit"] == "given"
     assert found.guessed["signals.displacement.column"] == "you said so"
     assert [one.name for one in found.summary.signals] == ["drive", "displacement"]
-    assert found.next_command[:2] == ("rtctl", "identify")
+    assert found.next_command[:2] == ("rtctl", "diagnose")
     assert "r.csv" not in repr(found)
     assert json.dumps(found.to_dict())
     assert "displacement" in found._repr_html_()

@@ -13,7 +13,8 @@ from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Simulation, Stimulus
 from rtctl.cli import main
 from rtctl.identification.fit_record import select_fit_records
-from rtctl.identification.oscillator.hold_comparison import compare_holds
+from rtctl.identification.hold_comparison import compare_holds
+from rtctl.identification.oscillator.refit import make_refit
 from rtctl.identification.simulation_error.multiple_shooting import fit_multiple_shooting
 from rtctl.identification.simulation_error.output_error import FitOptions
 from rtctl.wiring_models import build_simulation
@@ -114,6 +115,67 @@ def test_a_motion_that_is_fitted_in_segments_shows_the_hold_too(tmp_path: Path) 
     data = rtctl.read_dataset(tmp_path / "dataset.toml")
     records = select_fit_records(data)
     fit = fit_multiple_shooting(device(), records)
-    text, correction = compare_holds(fit, records, FitOptions(), data.path)
+    compared, refit = make_refit(fit, records, FitOptions())
+    text, correction = compare_holds(fit, compared, refit, data.path)
     assert 'hold = "zero"' in text
     assert correction in ("", f'write hold = "zero" in [signals.drive] of {data.path}')
+
+
+EQUATIONS = """
+[model]
+kind = "equations"
+
+[model.inputs]
+V = { unit = "V" }
+I = { unit = "A" }
+
+[model.outputs]
+x = { value = "x1", unit = "m" }
+
+[model.states]
+x1 = { unit = "m", rate = "x2", initial = 0.0 }
+x2 = { unit = "m/s", rate = "b1*V + b2*I - d*x2 - k*x1", initial = 0.0 }
+
+[model.parameters]
+d = { value = 7.0, unit = "1/s", low = 0.0 }
+k = { value = 1.5e4, unit = "1/s^2", low = 0.0 }
+b1 = { value = 400.0, unit = "m/s^2/V" }
+b2 = { value = 200.0, unit = "m/s^2/A" }
+"""
+TRUE = {"d": 8.0, "k": 1.6e4, "b1": 450.0, "b2": 180.0}
+
+
+def told_of_equations(folder: Path, late_s: float = 0.0, **true: str) -> rtctl.Fit:
+    """Two inputs that the manifest calls linear, held in truth as given and late by some seconds."""
+    (folder / "device.toml").write_text(EQUATIONS, encoding="utf-8")
+    plant = build_simulation(
+        rtctl.read_model(folder / "device.toml").content, {"V": "V", "I": "A", "x": "m"}, "device"
+    )
+    if late_s:
+        plant = plant.extended(("input.V.delay",))
+    rng = np.random.default_rng(2)
+    inputs = {name: np.convolve(rng.standard_normal(2003), np.hanning(4), "valid") for name in ("V", "I")}
+    values = np.array([*TRUE.values(), *([late_s] if late_s else [])])
+    run = plant.predict(
+        Stimulus(inputs=inputs, holds={"V": "linear", "I": "linear", **true}, period_s=PERIOD_S), values
+    )
+    x = run.outputs["x"][0]
+    signals = {**inputs, "x": x + 1e-3 * x.std() * rng.standard_normal(len(x))}
+    data = rtctl.write_dataset(
+        folder, [rtctl.Record(name="r", period_s=PERIOD_S, signals=signals)], name="two", plant="equations",
+        units={"V": "V", "I": "A", "x": "m"}, holds={"V": "linear", "I": "linear"},
+    )  # fmt: skip
+    return rtctl.identify(data, model=folder / "device.toml", starts=1)
+
+
+@pytest.mark.parametrize("which", ["V", "I"])
+def test_the_hold_of_each_input_of_equations_is_told(which: str, tmp_path: Path) -> None:
+    fit = told_of_equations(tmp_path, **{which: "zero"})
+    (text,) = [one for one in fit.warnings if "hold =" in one]
+    assert text.startswith('the records fit hold = "zero" better: error 0.')
+    assert fit.correction == f'write hold = "zero" in [signals.{which}] of {tmp_path / "dataset.toml"}'
+
+
+def test_a_right_hold_and_a_delay_of_equations_are_no_other_hold(tmp_path: Path) -> None:
+    assert told_of_equations(tmp_path).correction == ""
+    assert told_of_equations(tmp_path, late_s=0.5 * PERIOD_S).correction == ""

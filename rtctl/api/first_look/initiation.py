@@ -28,7 +28,7 @@ from rtctl.output.atomic_write import replacing
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-MANIFEST, PICTURE = "dataset.toml", "preview.png"
+MANIFEST, PICTURE, ANSWER = "dataset.toml", "preview.png", "answer"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
@@ -71,7 +71,9 @@ class Initiation:
         """Words of the next command; () where a model must be written before."""
         if self.proposal.kind.free_signals and self.proposal.model is None:
             return ()
-        start = () if self.proposal.model is None else ("--model", str(self.proposal.model))
+        if self.proposal.model is None:  # identified by the diagnosis itself
+            return "rtctl", "diagnose", str(self.path), "--out", str(self.path.parent / ANSWER)
+        start = ("--model", str(self.proposal.model))
         return "rtctl", "identify", str(self.path), *start, "--out", str(self._model())
 
     def _model(self) -> Path:

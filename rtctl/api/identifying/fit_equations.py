@@ -49,6 +49,7 @@ def fit_equations(
         trusted=result.trusted,
         warnings=(*describe_celsius(start.content, dataset), *result.warnings),
         result=result,
+        correction=result.correction,
         _summary={**summary_of(result, dataset), "rms_error_test": tested},
         _draw=lambda: worst_record_figure(result, dataset),
     )

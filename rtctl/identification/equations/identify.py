@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from rtctl.identification.equations.structure import structurally_undetermined
 from rtctl.identification.equations.writing import write_fitted
 from rtctl.identification.fit import Fit, FitError
 from rtctl.identification.fit_record import FitRecord, make_fit_record, select_fit_records
+from rtctl.identification.hold_comparison import HoldDoubt, compare_holds
 from rtctl.identification.least_squares.levenberg_marquardt import Minimum, minimise
 from rtctl.identification.simulation_error.inference import infer
 from rtctl.identification.simulation_error.output_error import (
@@ -36,8 +38,8 @@ MAX_RESIDUAL_SHARE = 0.3
 LEAST_SAMPLES_PER_UNKNOWN = 5
 """Scored samples for each unknown below which nothing is fitted: none would be left to tell the noise."""
 NOT_TRUSTED = (
-    "do not use this model, because it leaves {:.3g} % of what {} does. First run rtctl diagnose with it, which names "
-    "what the equations lack. If it names nothing, give better values to start from, or bounds (low, high); check the "
+    "do not use this model, because it leaves {:.3g} % of what {} does. A diagnosis (rtctl diagnose) names what the "
+    "equations lack. If it names nothing, give better values to start from, or bounds (low, high); check the "
     "sample rate and the units, and that inputs and outputs are not swapped and belong together"
 )
 HELD = (
@@ -71,6 +73,8 @@ class EquationsFit:
     """RMS error of the free run of each test record by output, from the start in the model's file or the record's."""
     trusted: bool = True
     """Whether the fit follows the data at all; if not, standard errors of its parameters mean nothing."""
+    correction: str = ""
+    """What to write in the manifest before anything else; "": nothing."""
 
 
 def identify_equations(
@@ -105,6 +109,10 @@ def identify_equations(
     output, left = _residual_share(fit, records)
     trusted = left <= MAX_RESIDUAL_SHARE
     fitted = write_fitted(model, fit, with_errors=trusted)
+    doubt = HoldDoubt()
+    if trusted:
+        report("comparing holds of the inputs", 1.0)
+        doubt = compare_holds(fit, records, partial(_fit_again, options=options), dataset.path)
     return EquationsFit(
         model=fitted,
         fit=fit,
@@ -112,12 +120,24 @@ def identify_equations(
         warnings=(
             *(() if trusted else (NOT_TRUSTED.format(100.0 * left, output),)),
             *held,
+            *((doubt.text,) if doubt.text else ()),
             *fit.describe_doubts(),
         ),
         records=records,
         tested=_test(build(fitted, dataset.units, source), dataset),
         trusted=trusted,
+        correction=doubt.correction,
     )
+
+
+def _fit_again(
+    simulation: Simulation, records: Sequence[FitRecord], options: EquationsFitOptions
+) -> Fit | None:
+    """Return the fit from the simulation's own values; None where it diverges from there."""
+    try:
+        return _fit(simulation, records, replace(options, starts=1), lambda text, share: None)[0]
+    except FitError:
+        return None
 
 
 def _with_known_scale(

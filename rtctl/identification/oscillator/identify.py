@@ -12,7 +12,8 @@ from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Simulation
 from rtctl.identification.fit import Fit, FitError
 from rtctl.identification.fit_record import FitRecord, select_fit_records
-from rtctl.identification.oscillator.hold_comparison import HoldDoubt, compare_holds
+from rtctl.identification.hold_comparison import HoldDoubt, compare_holds
+from rtctl.identification.oscillator.refit import make_refit
 from rtctl.identification.oscillator.start_values import generate_starts
 from rtctl.identification.oscillator.writing import (
     KIND,
@@ -42,8 +43,8 @@ LEAST_SAMPLES_PER_UNKNOWN = 10
 Fewer leave no residual from which noise and standard errors could be estimated.
 """
 NOT_TRUSTED = (
-    "do not use this model, because {left}. First run rtctl diagnose with it, which fits again and names what the "
-    "equation lacks, such as a delay or friction. If it names nothing, give a start model (--model) with better "
+    "do not use this model, because {left}. A diagnosis (rtctl diagnose) fits again and names what the equation "
+    "lacks, such as a delay or friction. If it names nothing, give a start model (--model) with better "
     "values; check the sample rate and the units, and that drive and response are not swapped and belong together"
 )
 UNDRIVEN = (
@@ -117,7 +118,8 @@ def identify_oscillator(
     held = HoldDoubt()
     if not (doubt or _is_undriven(records)):
         report("comparing holds of the drive", 1.0)
-        held = compare_holds(fit, records, options.fit, dataset.path)
+        compared, refit = make_refit(fit, records, options.fit)
+        held = compare_holds(fit, compared, refit, dataset.path)
     return OscillatorFit(
         model=write_model(start, fit, with_errors=not doubt),
         trusted=not doubt,

@@ -67,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
     if failure:
         raise RunError(f"{failure}; free some space, or write elsewhere with --out")
     say_next_experiment(args, diagnosis, folder)
-    say_next(args, next_words(diagnosis, args.dataset, model, folder), diagnosis.answer.correction)
+    say_next(args, next_words(diagnosis, args, folder), diagnosis.answer.correction)
     return 1 if diagnosis.stopped else 0
 
 
@@ -95,19 +95,21 @@ def say_next_experiment(args: argparse.Namespace, diagnosis: Diagnosis, folder: 
     print(f"next experiment: {how_to_play(diagnosis.dataset, folder, str(folder / 'rehearsal'))}")
 
 
-def next_words(diagnosis: Diagnosis, dataset: Path, model: Path, folder: Path) -> list[object]:
+def next_words(diagnosis: Diagnosis, args: argparse.Namespace, folder: Path) -> list[object]:
     """Return the words of the next command: the experiment that decides, else the extended model beside the data.
 
     An experiment is a command only for data that rtctl acquire recorded. Where the manifest is to be corrected, the
-    command is to identify again.
+    command is to identify again, which a diagnosis without a model does itself.
     """
     if diagnosis.answer.doubt:
         return []
+    if diagnosis.answer.correction and args.model is None:
+        return ["diagnose", args.dataset, "--out", folder]
     if diagnosis.answer.correction:
-        return ["identify", dataset, "--model", model, "--out", folder / "model.toml"]
+        return ["identify", args.dataset, "--model", args.model, "--out", folder / "model.toml"]
     proposed = diagnosis.next_experiment
     if proposed is not None and proposed.decides and diagnosis.dataset.is_acquired:
         return ["acquire", folder / "next-experiment.toml", "--out", folder / "next"]
     if diagnosis.model is not None:
-        return ["simulate", folder / "model-extended.toml", dataset, "--out", folder / "simulated"]
+        return ["simulate", folder / "model-extended.toml", args.dataset, "--out", folder / "simulated"]
     return []

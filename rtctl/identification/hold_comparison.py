@@ -8,28 +8,23 @@ only where it also beats the manifest's hold with a delay, since half a sample o
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from rtctl.border.simulation import Simulation
-from rtctl.identification.fit import Fit, FitError
+from rtctl.border.simulation import HasCatalogue, Simulation
+from rtctl.identification.fit import Fit
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.noise.residual_noise import FINE_LENGTH
-from rtctl.identification.scales import estimate_scales
-from rtctl.identification.simulation_error.multiple_shooting import ShootingOptions, fit_multiple_shooting
-from rtctl.identification.simulation_error.output_error import FitOptions, cut_liveliest, fit_output_error
 
 HOLDS = ("zero", "linear", "band-limited")
 LATER, EARLIER = "drive.delay", "timing.skew"
-"""Mechanisms that act as a hold that is later, and as one that is earlier."""
+"""Mechanisms of an oscillator that act as a hold that is later, and as one that is earlier."""
 DECISIVE = 10.0
 """Difference of BIC that decides: odds of 150. R. Kass, A. Raftery, J. Am. Stat. Assoc. 90 (1995) 773."""
-ITERATIONS, FINAL_ITERATIONS = 8, 2
-"""Of a re-fit: it starts at the optimum of another hold, half a sample away."""
 CORRECTION = 'write hold = "{hold}" in [signals.{drive}] of {manifest}'
 BETTER = (
     'the records fit hold = "{hold}" better: error {error} instead of {own}; {correction} and run rtctl identify '
@@ -41,6 +36,9 @@ EITHER = (
 )
 
 
+Refit = Callable[[Simulation, Sequence[FitRecord]], Fit | None]
+
+
 class HoldDoubt(NamedTuple):
     """A doubt about the hold in the manifest."""
 
@@ -50,76 +48,62 @@ class HoldDoubt(NamedTuple):
     """What to write in the manifest before anything else; "": nothing that is certain."""
 
 
-def compare_holds(fit: Fit, records: Sequence[FitRecord], options: FitOptions, manifest: Path) -> HoldDoubt:
-    """Return the doubt about the hold of the drive; none where no other is better, or a delay is better still.
+def compare_holds(fit: Fit, records: Sequence[FitRecord], refit: Refit, manifest: Path) -> HoldDoubt:
+    """Return the doubt about the hold of an input; none where no other is better, or a delay is better still.
 
     Args:
-        fit: The fit with the manifest's hold.
-        records: The fitted records.
-        options: Options of that fit.
-        manifest: Where the hold is written.
+        fit: The fit with the manifest's holds.
+        records: The records to compare them on.
+        refit: Fits a simulation again from its own values, by few iterations; None where it diverges.
+        manifest: Where the holds are written.
     """
-    holds = records[0].stimulus.holds
-    if len(holds) != 1:
-        return HoldDoubt()
-    (drive, now), refits = next(iter(holds.items())), _Refits(fit, records, options)
-    own = refits.by(now)
-    others = {hold: refits.by(hold) for hold in HOLDS if hold != now}
+    for drive in records[0].stimulus.holds:
+        if any(np.ptp(one.stimulus.inputs[drive]) > 0.0 for one in records):
+            doubt = _compare_holds_of(drive, fit, records, refit, manifest)
+            if doubt.text:
+                return doubt
+    return HoldDoubt()
+
+
+def _compare_holds_of(
+    drive: str, fit: Fit, records: Sequence[FitRecord], refit: Refit, manifest: Path
+) -> HoldDoubt:
+    now = records[0].stimulus.holds[drive]
+
+    def held(hold: str, simulation: Simulation = fit.simulation) -> Fit | None:
+        return refit(simulation, [_held(one, drive, hold) for one in records])
+
+    own = held(now)
+    others = {hold: held(hold) for hold in HOLDS if hold != now}
     hold, best = min(others.items(), key=lambda one: _badness(one[1], [own, *others.values()]))
     if best is None or not _beats(best, own):
         return HoldDoubt()
     # what the optimum of the other hold does for this one is no merit of the hold
-    if not _beats(best, refits.by(now, start=best)):
+    if not _beats(best, held(now, best.simulation)):
         return HoldDoubt()
     correction = CORRECTION.format(hold=hold, drive=drive, manifest=manifest)
     said = {
-        "hold": hold, "now": now, "correction": correction, "error": _error(best, refits.records),
-        "own": _error(own, refits.records),
+        "hold": hold, "now": now, "correction": correction, "error": _error(best, records),
+        "own": _error(own, records),
     }  # fmt: skip
     better = HoldDoubt(BETTER.format(**said), correction)
     simulation = fit.simulation
-    if any(one.id in (LATER, EARLIER) for one in simulation.mechanisms):
-        return better  # each re-fit had a delay of its own, or it is known
+    known = simulation.catalogue if isinstance(simulation, HasCatalogue) else (LATER, EARLIER)
+    delayed, advanced = (LATER, EARLIER) if LATER in known else (f"input.{drive}.delay", "")
+    shift = delayed if hold == "zero" else advanced
+    if not shift or any(one.id in (delayed, advanced) for one in simulation.mechanisms):
+        return better  # nothing but a hold is so much earlier; or each re-fit had a delay of its own
     # from half a sample and not from 0, where the integrator's steps change and no slope is right
     values = np.array([*(one.value for one in simulation.parameters), 0.5 * records[0].period_s])
-    late = refits.by(now, simulation.extended((LATER if hold == "zero" else EARLIER,)).with_values(values))
+    late = held(now, simulation.extended((shift,)).with_values(values))
     if _beats(best, late):
         return better
-    return (
-        HoldDoubt()
-        if _beats(late, best)
-        else HoldDoubt(EITHER.format(**said, late=_delay(late, refits.records)))
-    )
+    return HoldDoubt() if _beats(late, best) else HoldDoubt(EITHER.format(**said, late=_delay(late, records)))
 
 
-class _Refits:
-    """Re-fits from the optimum of `fit`, all by its method, with few iterations."""
-
-    def __init__(self, fit: Fit, records: Sequence[FitRecord], options: FitOptions) -> None:
-        self._fit, self.records = fit, records
-        if fit.method != "output_error":  # thousands of segments: as many periods as starts are compared on
-            span_s = options.screening_periods * 2.0 * np.pi / estimate_scales(records).rate
-            self.records = [cut_liveliest(one, span_s) for one in records]
-        self._options = replace(
-            options, screening_iterations=0, iterations=ITERATIONS, final_iterations=FINAL_ITERATIONS
-        )
-
-    def by(self, hold: str, simulation: Simulation | None = None, start: Fit | None = None) -> Fit | None:
-        """Return the re-fit with one hold; None where it diverges."""
-        records = [_held(one, hold) for one in self.records]
-        simulation = simulation or (start or self._fit).simulation
-        try:
-            if self._fit.method == "output_error":
-                return fit_output_error(simulation, records, self._options)
-            # segments by themselves: pulled together, they show nothing more of a hold
-            return fit_multiple_shooting(simulation, records, ShootingOptions(gaps=(), fit=self._options))
-        except FitError:
-            return None
-
-
-def _held(record: FitRecord, hold: str) -> FitRecord:
+def _held(record: FitRecord, drive: str, hold: str) -> FitRecord:
     stimulus = record.stimulus
-    return replace(record, stimulus=replace(stimulus, holds=dict.fromkeys(stimulus.holds, hold)))
+    return replace(record, stimulus=replace(stimulus, holds={**stimulus.holds, drive: hold}))
 
 
 def _beats(one: Fit | None, other: Fit | None) -> bool:
