@@ -5,11 +5,13 @@ from __future__ import annotations
 import subprocess
 import sys
 import tempfile
+import threading
 from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
+from typing import IO
 
 from drivers.fault_proxy import FaultPlan
 from rtctl.border.errors import DriverError, Fault
@@ -28,7 +30,9 @@ class FaultyDriver:
         self.profile = profile
         self.identity = ""
         self.injected: Counter[str] = Counter()
-        """What was done, by kind, until the last close."""
+        """What was done so far, by kind."""
+        self.tell: Callable[[str], None] = lambda kind: None
+        """Is called with the kind of each fault when it strikes, in the thread that listens to the line."""
         self._make, self._plan = make, plan
         self._driver: Driver | None = None
         self._line = ExitStack()
@@ -86,12 +90,21 @@ class FaultyDriver:
             raise DriverError(
                 Fault.CONNECTION_LOST, f"{plan.target}: no line with faults can be put there: {why[-1]}"
             )
-        self._line.callback(self._finish, process)
+        listener = threading.Thread(target=self._listen, args=(process.stdout,), name="injected faults")
+        listener.start()
+        self._line.callback(self._finish, process, listener)
         return ready[1]
 
-    def _finish(self, process: subprocess.Popen[str]) -> None:
-        report, _ = process.communicate()  # its input ends, and it with that
-        self.injected.update(line.split()[1] for line in report.splitlines())
+    def _listen(self, report: IO[str]) -> None:
+        for line in report:
+            kind = line.split()[1]
+            self.injected[kind] += 1
+            self.tell(kind)
+
+    def _finish(self, process: subprocess.Popen[str], listener: threading.Thread) -> None:
+        assert process.stdin is not None
+        process.stdin.close()  # the line ends with its input
+        listener.join()
 
     def _end(self) -> None:
         self._driver = None

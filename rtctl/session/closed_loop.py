@@ -22,6 +22,7 @@ from rtctl.plant_control.support import Control, Tuning
 from rtctl.scenario.command_sequence import check_length, check_one_period, command_sequences
 from rtctl.scenario.further_references import course
 from rtctl.scenario.schema import Scenario
+from rtctl.session.injected_faults import noted_faults
 from rtctl.session.live.change_rules import ChangeRules
 from rtctl.session.loop_setup import (
     ControlChain,
@@ -79,7 +80,8 @@ def track(
         changes.judge, changes.parameters = rules.judge, lambda: rules.current
     parts = build_parts(scenario, driver, chain, recording, stop_requested, changes)
     try:
-        outcome, requests = run_on_clock(scenario, parts, build_plan(scenario, setpoints), first)
+        with noted_faults(driver, recording):
+            outcome, requests = run_on_clock(scenario, parts, build_plan(scenario, setpoints), first)
     finally:
         table, timing = recording.close()
     summary = summarise(scenario, plant, model, outcome, table, parts.timing, requests)

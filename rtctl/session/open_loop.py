@@ -11,6 +11,7 @@ from rtctl.estimators.none import NoEstimator
 from rtctl.loop.live_parameters import ParameterChannel
 from rtctl.loop.supervisor import LoopOutcome, signal_columns
 from rtctl.scenario.schema import Scenario
+from rtctl.session.injected_faults import noted_faults
 from rtctl.session.loop_setup import (
     ControlChain,
     build_parts,
@@ -63,7 +64,8 @@ def play(
     recording = start_recording(driver, chain.safe_levels, columns, folder)
     parts = build_parts(scenario, driver, chain, recording, stop_requested, changes)
     try:
-        outcome, requests = run_on_clock(scenario, parts, build_plan(scenario, levels), first)
+        with noted_faults(driver, recording):
+            outcome, requests = run_on_clock(scenario, parts, build_plan(scenario, levels), first)
     finally:
         signals, _ = recording.close()
     return OpenLoopRun(signals, outcome, parts.timing, requests)

@@ -23,10 +23,13 @@ from rtctl.loop.step import Levels, Step, upcoming_setpoints
 from rtctl.plant_control.lookup import support_of
 from rtctl.scenario.schema import Scenario, checked_scenario
 from rtctl.session.closed_loop import planned_step
+from rtctl.session.injected_faults import INJECTED
 from rtctl.session.run_folder import EVENTS, MODEL, is_interrupted, rows_left_by, scenario_tables
 
 ESTIMATE_COLUMNS = 4
 """Columns of an estimate: value, surrogate, standard error, status."""
+BESIDE = ("doubt", INJECTED)
+"""Kinds of events that the loop knew nothing of."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,7 +79,7 @@ def read_run(folder: Path) -> Recorded:
         scenario=scenario,
         model=model,
         signals=signals,
-        events=tuple(event for event in read_events(folder / EVENTS) if event.kind != "doubt"),
+        events=tuple(event for event in read_events(folder / EVENTS) if event.kind not in BESIDE),
     )
 
 

@@ -10,6 +10,7 @@ from rtctl.border.errors import InputError
 from rtctl.loop.events import Event, read_events
 from rtctl.output.readable_units import printed_unit
 from rtctl.scenario.schema import Scenario
+from rtctl.session.injected_faults import INJECTED
 from rtctl.session.run_files import marks_of
 from rtctl.session.run_folder import EVENTS
 
@@ -62,7 +63,7 @@ class EventLog:
         if event.kind in ("change", "refused") and self._scenario is not None:
             text = marks_of(self._scenario, [event])[0].text
             return f"{text}: {event.values['message']}" if event.kind == "refused" else text
-        if event.kind == "fault":
+        if event.kind in ("fault", INJECTED):
             return f"{event.values.get('fault', '')}: {event.values.get('message', '')}"
         if event.kind == "change":
             return str(event.values.get("message", event.values.get("name", "")))
