@@ -5,10 +5,18 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
-from diagnosis_cases import answer_to, device, measured, noise_drive
+from diagnosis_cases import PERIOD_S, answer_to, dataset_of, device, fit_of, measured, noise_drive, problem_of
 
 from plant_sim.oscillator.mechanisms import MECHANISMS
+from rtctl.diagnosis.problem.fit import fit_hypothesis
+from rtctl.diagnosis.problem.work_budget import WorkBudget
+from rtctl.diagnosis.residual.residual_tests import run_residual_tests
+from rtctl.diagnosis.search.elimination.simpler_laws import prefer_simpler_laws
+from rtctl.diagnosis.search.model_selection import rank_hypotheses
+from rtctl.diagnosis.search.outcome import SearchResult
+from rtctl.diagnosis.search.state import SearchSettings
 
 LAWS = "friction.coulomb,friction.stribeck,friction.presliding,damping.quadratic,damping.power"
 LEVEL = (300.0, "mm/s^2")
@@ -73,3 +81,24 @@ def test_laws_are_related_where_one_is_a_case_of_the_other_or_both_have_one_in_c
     assert stribeck.is_related_to(coulomb)
     assert stribeck.is_related_to(dahl)
     assert not coulomb.is_related_to(square)
+
+
+def test_a_shape_that_is_not_fitted_is_tried_at_its_simplest_and_then_it_is_done(tmp_path: Path) -> None:
+    """Else a set that the data need is chosen in its own place, without end."""
+    drive = noise_drive(11, samples=600)
+    late_s = PERIOD_S * np.arange(600)
+    reading = measured(device(), drive) + 0.5 * (1.0 - np.exp(-late_s / 0.1))
+    problem = problem_of(dataset_of(tmp_path, (drive, reading, "fit")))
+    nominal = fit_of(problem)
+    extended = nominal.simulation.extended(("sensor.drift",))
+    shape = "sensor.drift.settling_time"
+    settling = np.array([0.1 if one.name == shape else one.value for one in extended.parameters])
+    chosen = fit_hypothesis(
+        problem, extended.with_values(settling), ("sensor.drift",), fixed_parameters=frozenset({shape})
+    )
+    assert chosen is not None
+    tested = [run_residual_tests(one, problem, ("sensor.drift",)) for one in (nominal, chosen)]
+    ranked = (rank_hypotheses(problem, [chosen], tested[1], plain=False),)
+    found = SearchResult(tested[0], tested[1], True, (), ranked, (nominal, chosen))
+    settings = SearchSettings(ids=("sensor.drift",), level=0.05, budget=WorkBudget.of(60.0))
+    assert prefer_simpler_laws(problem, found, settings).chosen.hypothesis is chosen

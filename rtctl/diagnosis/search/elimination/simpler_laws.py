@@ -90,8 +90,12 @@ def _suffices(problem: Problem, result: SearchResult, simpler: Hypothesis) -> bo
 
 
 def _is_simplified(fit: Hypothesis, simplification: _Simplification) -> bool:
-    same = set(fit.mechanisms) == set(simplification.mechanisms)
-    return same and simplification.fixed_parameters <= fit.fixed_parameters
+    """Return whether a set is the simplified one: also with what is not fitted at the simplified values."""
+    names = simplification.fixed_parameters
+    if set(fit.mechanisms) != set(simplification.mechanisms) or not names <= fit.fixed_parameters:
+        return False
+    wanted = {one.name: one.value for one in simplification.simulation.parameters}
+    return all(one.value == wanted[one.name] for one in fit.simulation.parameters if one.name in names)
 
 
 def _simplify(nominal: Hypothesis, chosen: Hypothesis, ids: Sequence[str]) -> Iterator[_Simplification]:
