@@ -12,6 +12,10 @@ The sensitivity of the reading to b is taken between two resistance models side 
 `PROBE_MA2`, each with its own history. The local slope of H will not do: it has one value going up and another going
 down, and a filter that is shown both for the same state believes that it can tell b from m. (Nor will correcting v
 by every reading: the hysteresis rectifies the noise, and the estimate creeps.)
+A reading that is off by more than `DISAGREEMENT` standard deviations is no normal error but a wrong reading or a late
+device: it counts as if its noise were that large, so that its influence falls with its distance (a Kalman filter with
+heavy-tailed noise; G. Agamennoni, J. Nieto, E. Nebot, IEEE Trans. Signal Process. 60, 2012). Taken as it stands, one
+such reading would be believed to be heat, with certainty, for hours.
 In the small loops of a closed loop m keeps its sign, which no variance expresses; so an estimated b is acted on only as
 far as it exceeds what m can feign (`believed`).
 Kalman filter of (b, m) with one scalar measurement. State order: s, probed s, b, m, P_bb, P_bm, P_mm; then the stacks
@@ -105,16 +109,20 @@ def predict(x: FloatArray, current_mA: float, elapsed_s: float, p: ObserverParam
 
 @kernel
 def condition_on(x: FloatArray, innovation: float, sensitivity: float, variance: float) -> float:
-    """Update b and m by a reading `sensitivity` b + m (Kalman); return the innovation in standard deviations."""
+    """Update b and m by a reading `sensitivity` b + m (Kalman); return the innovation in standard deviations.
+
+    Of a reading beyond `DISAGREEMENT` standard deviations the variance is what puts it there.
+    """
     with_b = sensitivity * x[4] + x[5]  # covariances of the states with the reading
     with_m = sensitivity * x[5] + x[6]
-    total = sensitivity * with_b + with_m + variance
+    believed_total = sensitivity * with_b + with_m + variance
+    total = max(believed_total, innovation * innovation / (DISAGREEMENT * DISAGREEMENT))
     x[2] += with_b * innovation / total
     x[3] += with_m * innovation / total
     x[4] -= with_b * with_b / total
     x[5] -= with_b * with_m / total
     x[6] -= with_m * with_m / total
-    return abs(innovation) / math.sqrt(total)
+    return abs(innovation) / math.sqrt(believed_total)
 
 
 # 10 parameters because a kernel takes its arrays one by one

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +12,14 @@ from hypothesis import strategies as st
 from vo2_cases import DEVICES, run_over
 
 from rtctl.estimators import ESTIMATORS
-from rtctl.estimators.observer import HEAT_START_MA2, ObserverParams, believed, condition_on, predict
+from rtctl.estimators.observer import (
+    DISAGREEMENT,
+    HEAT_START_MA2,
+    ObserverParams,
+    believed,
+    condition_on,
+    predict,
+)
 from rtctl.identification.vo2.heating import simulate_heating
 from rtctl.interfaces import EstimateStatus
 
@@ -43,13 +51,16 @@ def textbook(x, P, current, elapsed, p, innovation_of, sensitivity):
     state = F @ x[1:]
     P = F @ P @ F.T + np.diag([p.heat_walk * elapsed, (1.0 - r * r) * p.model_variance])
     H = np.array([sensitivity, 1.0])
-    S = H @ P @ H + p.reading_variance
-    K = P @ H / S
     innovation = innovation_of - H @ [0.0, state[1]]
+    believed_variance = H @ P @ H + p.reading_variance
+    S = max(
+        believed_variance, (innovation / DISAGREEMENT) ** 2
+    )  # of a reading farther off: what puts it there
+    K = P @ H / S
     return (
         np.concatenate(([s], state + K * innovation)),
         P - np.outer(K, H @ P),
-        abs(innovation) / math.sqrt(S),
+        abs(innovation) / math.sqrt(believed_variance),
     )
 
 
@@ -86,6 +97,23 @@ def test_the_covariance_stays_positive_over_a_long_run(identified):
     assert (run.confidence >= device.model.deflection_error).all()
     fresh = ESTIMATORS["observer"](device.model).start([device.rest_mA], [1.29e5]).confidence
     assert run.confidence[-1] < fresh, "the unknown heat is known better at the end than at the start"
+
+
+@pytest.mark.parametrize("wrong", [1, 10])
+def test_wrong_readings_are_told_and_hardly_believed(identified, wrong):
+    """One reading or ten in a row each half second, of an ordinary size: they move the estimate by less than noise."""
+    device = identified("vo2_a")
+    sound = run_over(ESTIMATORS["observer"](device.model), device.unseen, device.rest_mA)
+    resistance = device.unseen.signals["resistance"].copy()
+    draw = np.random.default_rng(3)
+    struck = np.concatenate([np.arange(k, k + wrong) for k in range(300, len(resistance), 500)])
+    struck = struck[struck < len(resistance)]
+    resistance[struck] = np.exp(draw.uniform(*np.log([resistance.min(), resistance.max()]), len(struck)))
+    spoilt = replace(device.unseen, signals={**device.unseen.signals, "resistance": resistance})
+    run = run_over(ESTIMATORS["observer"](device.model), spoilt, device.rest_mA)
+    far = np.abs(np.log(resistance / device.unseen.signals["resistance"]))[struck] > 0.5
+    assert (run.status[struck][far] & EstimateStatus.DISAGREES).all()
+    assert np.abs(run.value - sound.value).max() < 0.01 * device.model.deflection.width
 
 
 def test_holding_still_teaches_nothing_however_often_the_resistance_is_read(identified):
