@@ -120,6 +120,38 @@ def test_noise_that_could_be_a_velocity_is_none() -> None:
         assert warmed_up([noisy]).fit[0].first == 0
 
 
+def driven(drive: FloatArray) -> FitRecord:
+    record = of(from_rest(len(drive)))
+    return dataclasses.replace(record, stimulus=dataclasses.replace(record.stimulus, inputs={"drive": drive}))
+
+
+def test_the_first_half_period_under_a_drive_that_is_at_work_is_not_scored() -> None:
+    tone = np.cos(RATE * PERIOD_S * np.arange(4000))
+    (sudden, quiet, short, constant), _, said = warmed_up(
+        [driven(tone), driven(tone - tone[0]), driven(tone[:600]), driven(np.ones(4000))]
+    )
+    assert sudden.first == int(0.5 * PERIOD)
+    assert short.first == 6, "a hundredth of it"
+    assert quiet.first == constant.first == 0
+    assert "2 of 4 records begin with a drive that is already at work" in said[0]
+
+
+def test_a_late_drive_that_was_off_before_the_record_is_a_delay_alone(tmp_path: Path) -> None:
+    """A simulation holds the first value of the drive backwards: what that does is no cause."""
+    late: dict[str, object] = {"id": "drive.delay", "parameters": {"delay": {"value": 7.3e-3, "unit": "s"}}}
+    records = []
+    for seed, use in ((1, "fit"), (2, "test")):
+        drive = noise_drive(seed, 9.0, samples=3000)
+        drive[:2] = 15.0
+        before = np.concatenate((np.zeros(40), drive))
+        records.append((drive, measured(device(late), before, noise=1e-4)[40:], use))
+    answer = answer_to(tmp_path, records, "drive.delay,sensor.lag,drive.lag")
+    assert answer["verdict"] == "explained"
+    (cause,) = answer["causes"]
+    assert cause["id"] == "drive.delay"
+    assert cause["parameters"]["delay"]["value"] == pytest.approx(7.3e-3, rel=1e-3)
+
+
 def in_a_steady_state(seed: int, level: float) -> tuple[FloatArray, FloatArray]:
     """Drive and reading of the second of two equal periods, held between samples."""
     drive = np.tile(noise_drive(seed, level, samples=3000), 2)

@@ -26,6 +26,10 @@ BEGINS_IN_MOTION = (
     "{} of {} records begin in motion: what acted before their first sample is not known, so their first {:.3g} s "
     "start the state and are not scored"
 )
+BEGINS_DRIVEN = (
+    "{} of {} records begin with a drive that is already at work: what it was before their first sample is not known, "
+    "and a late drive is still that one, so their first {:.3g} s start the state and are not scored"
+)
 UNKNOWN_HISTORY = (
     "{} not begin where a full cooling leaves the device (the first readings are off by {:.0%} of the signal's RMS): "
     "what acted before is not known, so the first {:.3g} s, until that is forgotten, are not scored. Was the record "
@@ -79,17 +83,22 @@ def warm_up_moving_records(
     """
     records = [*screened.fit, *screened.tests]
     motions = [_initial_motion(record, rate, thresholds) for record in records]
-    warm = records
-    if any(motion.moves(thresholds) for motion in motions):
-        period_s = 2.0 * np.pi / rate
-        warm = [
-            record if motion.rests(thresholds) else _warm_up(record, period_s, thresholds, two_wells)
-            for record, motion in zip(records, motions, strict=True)
-        ]
-    changed = [new for new, old in zip(warm, records, strict=True) if new.first > old.first]
-    first_s = max((record.first * record.period_s for record in changed), default=0.0)
-    notes = [BEGINS_IN_MOTION.format(len(changed), len(records), first_s)] if changed else []
-    warm = [_with_velocity(record, motion, thresholds) for record, motion in zip(warm, motions, strict=True)]
+    period_s = 2.0 * np.pi / rate
+    moved = any(motion.moves(thresholds) for motion in motions)
+    warm, notes = [], []
+    begun: dict[str, list[FitRecord]] = {BEGINS_IN_MOTION: [], BEGINS_DRIVEN: []}
+    for record, motion in zip(records, motions, strict=True):
+        if moved and not motion.rests(thresholds):
+            known, why = _warm_up(record, period_s, thresholds, two_wells), BEGINS_IN_MOTION
+        else:
+            known, why = _skip_late_drive(record, period_s, thresholds), BEGINS_DRIVEN
+        if known.first > record.first:
+            begun[why].append(known)
+        warm.append(_with_velocity(known, motion, thresholds))
+    for why, changed in begun.items():
+        if changed:
+            first_s = max(record.first * record.period_s for record in changed)
+            notes.append(why.format(len(changed), len(records), first_s))
     return _divided(warm, len(screened.fit), notes)
 
 
@@ -191,6 +200,16 @@ def _warm_up(
     least, most = (round(count * period_s / record.period_s) for count in periods)
     samples = int(np.clip(thresholds.warm_up_share * record.samples, least, most))
     samples = min(samples, int(thresholds.warm_up_max_share * record.samples))
+    return replace(record, first=max(record.first, samples))
+
+
+def _skip_late_drive(record: FitRecord, period_s: float, thresholds: ScreeningThresholds) -> FitRecord:
+    """Return `record` without its first readings, where a drive that acts late is still the unknown one before."""
+    drives = record.stimulus.inputs.values()
+    if not any(abs(drive[0]) > thresholds.sudden_drive * float(drive.std()) > 0.0 for drive in drives):
+        return record
+    samples = int(thresholds.sudden_periods * period_s / record.period_s)
+    samples = min(samples, int(thresholds.sudden_max_share * record.samples))
     return replace(record, first=max(record.first, samples))
 
 

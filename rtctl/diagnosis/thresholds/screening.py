@@ -89,6 +89,13 @@ class ScreeningThresholds:
     warm_up_max_share: float = 0.25
     """Largest fraction of a record that warms up, whatever its periods."""
 
+    sudden_drive: float = 0.1
+    """First value of a drive over its RMS, above which it was at work when the record began."""
+    sudden_periods: float = 0.5
+    """Periods of a record that begins so that are not scored: longer delays are none of a motion of this period."""
+    sudden_max_share: float = 0.01
+    """Largest fraction of such a record that is not scored."""
+
     history_offset: float = 0.05
     """Error of the first readings, as a fraction of the signal's RMS, from which a record of a plant with memory began
     elsewhere."""
