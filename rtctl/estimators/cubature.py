@@ -6,10 +6,14 @@ with weight 1/(2n); no derivative is taken, and no parameter spreads the points.
     predict  X = flow(points(x, P)),   x = mean X,   P = cov X + Q h
     update   K = cov(X, Z) (cov Z + R)^-1,   x = x + K (z - mean Z),   P = P - K (cov Z + R) K'
 
+A reading that the equations make less probable than `least_probability` counts as if its noise put it at that limit: its
+influence falls with its distance, else one wrong reading would carry the states off and be believed.
+
 Where the equations have events, each point goes through them at its own times. States that events alone change, such as
 a switch, are known: they are as on the way of the mean.
 
-References: I. Arasaratnam, S. Haykin, IEEE Trans. Automatic Control 54 (2009) 1254, equations 22 to 41.
+References: I. Arasaratnam, S. Haykin, IEEE Trans. Automatic Control 54 (2009) 1254, equations 22 to 41; of readings far
+off, G. Agamennoni, J. Nieto, E. Nebot, IEEE Trans. Signal Process. 60 (2012) 5024.
 """
 
 from __future__ import annotations
@@ -119,6 +123,8 @@ class CubatureFilter:
         seen = self._model.readings(points, levels)
         innovation = z - seen.mean(axis=0)
         s = _covariance(seen, seen) + self._r
+        surprise = float(innovation @ np.linalg.solve(s, innovation))
+        s *= max(1.0, surprise / self._limit)
         gain = np.linalg.solve(s, _covariance(seen, points)).T
         toward = np.linalg.solve(s, _covariance(seen, output[:, None]))[:, 0]
         variance = float(output.var() - toward @ s @ toward)
@@ -126,7 +132,6 @@ class CubatureFilter:
             gain[self._switched] = 0.0
         self._x = np.clip(self._x + gain @ innovation, self._model.low, self._model.high)
         self._p = self._p - gain @ s @ gain.T
-        surprise = float(innovation @ np.linalg.solve(s, innovation))
         status = EstimateStatus.DISAGREES if surprise > self._limit else EstimateStatus.OK
         value = float(self._model.controlled(self._x[None], levels)[0])
         return Estimate(value, float(innovation[0]), math.sqrt(max(variance, 0.0)), int(status))

@@ -17,9 +17,9 @@ from rtctl.border.errors import InputError
 from rtctl.cli import main
 from rtctl.controllers.pid import PidController, PidGains
 from rtctl.controllers.pid_tuning import WorkingPoint, tune_pid
-from rtctl.estimators.cubature import CubatureFilter, FilterSettings
+from rtctl.estimators.cubature import CubatureFilter, FilterSettings, _chi_squared_limit
 from rtctl.estimators.equations.rest import rest_point, rests_anywhere, state_at_rest, swept_points
-from rtctl.interfaces import Estimate
+from rtctl.interfaces import Estimate, EstimateStatus
 from rtctl.plants.equations.control import EquationsSupport, linear_plant
 from rtctl.scenario.schema import checked_scenario
 from rtctl.session.live.change_rules import ChangeRules
@@ -135,7 +135,9 @@ def test_of_linear_equations_the_filter_is_kalman_s(tmp_path: Path) -> None:
         force, z = float(rng.standard_normal()), 4e-3 * rng.standard_normal(1)
         if k:
             x, p = phi @ x + gamma * force, phi @ p @ phi.T + np.diag(drift * h)
-        gain = p @ c.T / (c @ p @ c.T + noise**2)
+        s = c @ p @ c.T + noise**2
+        s = np.maximum(s, (z - c @ x) ** 2 / _chi_squared_limit(1, settings.least_probability))
+        gain = p @ c.T / s
         x, p = x + gain @ (z - c @ x), p - gain @ c @ p
         given = found.step([force], z, h) if k else found.start([0.0], z)
         assert given.value == pytest.approx(1e3 * x[0], rel=1e-6, abs=1e-9)
@@ -153,6 +155,31 @@ def test_a_reading_that_is_none_moves_nothing_and_says_so(tmp_path: Path) -> Non
     assert lost.status == 8
     assert abs(lost.value) < 1e-6
     assert found.step([0.0], [0.09], 1e-3).status == 16  # 4.5 mm from where the equations have it
+
+
+@pytest.mark.parametrize("wrong", [1, 5])
+def test_wrong_readings_are_told_and_hardly_believed(wrong: int, tmp_path: Path) -> None:
+    """One or five of thirty, somewhere within the sensor's range: the mean error stays below twice that without."""
+    model = ControlledEquations(written(tmp_path, SPRING))
+    settings = FilterSettings(
+        start=np.array([1e-4, 1e-2]), drift=np.array([1e-9, 1e-4]), noise=np.array([2e-4]), step_s=1e-4
+    )
+    errors = {}
+    for spoilt in (False, True):
+        found, device = CubatureFilter(model, settings), CubatureFilter(model, settings)
+        found.start([0.0], [0.0])
+        device.start([0.0], [0.0])
+        rng, total = np.random.default_rng(7), []
+        for k in range(300):
+            force = float(np.sin(0.1 * k))
+            true = device.step([force], [float("nan")], 2e-3).value
+            reading = 20e-3 * true + 2e-4 * rng.standard_normal()
+            struck = spoilt and k % 30 >= 30 - wrong
+            given = found.step([force], [0.3 if struck else reading], 2e-3)
+            assert (given.status == EstimateStatus.DISAGREES) == struck
+            total.append(abs(given.value - true))
+        errors[spoilt] = np.mean(total)
+    assert errors[True] < 2.0 * errors[False]
 
 
 def test_a_point_of_rest_solves_the_equations(tmp_path: Path) -> None:
