@@ -6,8 +6,8 @@ with weight 1/(2n); no derivative is taken, and no parameter spreads the points.
     predict  X = flow(points(x, P)),   x = mean X,   P = cov X + Q h
     update   K = cov(X, Z) (cov Z + R)^-1,   x = x + K (z - mean Z),   P = P - K (cov Z + R) K'
 
-A reading that the equations make less probable than `least_probability` counts as if its noise put it at that limit: its
-influence falls with its distance, else one wrong reading would carry the states off and be believed.
+A reading that the equations make less probable than `least_probability` counts as if its noise put it at that limit:
+its influence falls with its distance, else one wrong reading would carry the states off and be believed.
 
 Where the equations have events, each point goes through them at its own times. States that events alone change, such as
 a switch, are known: they are as on the way of the mean.

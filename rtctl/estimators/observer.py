@@ -14,8 +14,8 @@ down, and a filter that is shown both for the same state believes that it can te
 by every reading: the hysteresis rectifies the noise, and the estimate creeps.)
 A reading that is off by more than `DISAGREEMENT` standard deviations is no normal error but a wrong reading or a late
 device: it counts as if its noise were that large, so that its influence falls with its distance (a Kalman filter with
-heavy-tailed noise; G. Agamennoni, J. Nieto, E. Nebot, IEEE Trans. Signal Process. 60 (2012) 5024). Taken as it stands, one
-such reading would be believed to be heat, with certainty, for hours.
+heavy-tailed noise; G. Agamennoni, J. Nieto, E. Nebot, IEEE Trans. Signal Process. 60 (2012) 5024). Taken as it stands,
+one such reading would be believed to be heat, with certainty, for hours.
 In the small loops of a closed loop m keeps its sign, which no variance expresses; so an estimated b is acted on only as
 far as it exceeds what m can feign (`believed`).
 Kalman filter of (b, m) with one scalar measurement. State order: s, probed s, b, m, P_bb, P_bm, P_mm; then the stacks
