@@ -44,6 +44,13 @@ class Cause(NamedTuple):
     """Fraction of the removable squared error that this cause removes beside those that remove more."""
     indistinguishable_from: tuple[str, ...]
     """Ids that would explain the data as well in its place."""
+    same_law: tuple[str, ...] = ()
+    """Those of `indistinguishable_from` that are one law with it by construction: no experiment tells them apart."""
+
+    @property
+    def rivals(self) -> tuple[str, ...]:
+        """Return the ids that would explain these data as well, and that other data may tell from it."""
+        return tuple(one for one in self.indistinguishable_from if one not in self.same_law)
 
     @property
     def hold(self) -> str:
@@ -62,8 +69,10 @@ class Cause(NamedTuple):
 
     def as_json(self) -> dict[str, Any]:
         """Return the entry of `causes` in `diagnosis.json`."""
+        fields = self._asdict()
+        del fields["same_law"]
         return {
-            **self._asdict(),
+            **fields,
             "parameters": {
                 name: {**estimate._asdict(), "unit": plain_unit(estimate.unit) or estimate.unit}
                 for name, estimate in self.parameters.items()

@@ -172,7 +172,7 @@ def _loops(diagnosis: Diagnosis) -> Figure:
 def _candidates(diagnosis: Diagnosis) -> Figure:
     """Return the figure of the candidates of the chosen size, or of the last size tried."""
     count = diagnosis.problem.thresholds.report.max_candidates_shown
-    ranking = sorted(ranking_of(diagnosis), key=lambda one: one[1].cost)[:count]
+    ranking = [(label, one.hypothesis) for label, one in ranking_of(diagnosis)[:count]]
     scale = _error_scale(diagnosis)
     chosen = {frozenset(diagnosis.search.chosen.hypothesis.mechanisms)} if diagnosis.causes else set()
     chosen |= {frozenset(other.mechanisms) for other in diagnosis.search.equivalent}

@@ -57,14 +57,19 @@ def tabulate_candidates(diagnosis: Diagnosis) -> str:
     if not ranking:
         return "<p>None: the re-fitted nominal model passes every residual test below, so no cause was looked for.</p>"
     count = sum(len(size) for size in diagnosis.search.rankings)
-    best = next(r for r in diagnosis.search.rankings if r[0].hypothesis is ranking[0][1])
+    limits, least = _limits(diagnosis), min(one.bic for _, one in ranking)
     rows = [
-        [escape(" + ".join(one.hypothesis.mechanisms)), f"{one.bic - best[0].bic:,.1f}"]
-        for one in best[: _limits(diagnosis).max_table_rows]
+        [escape(label), bic_text(one.bic - least, limits.max_bic_shown)]
+        for label, one in ranking[: limits.max_candidates_shown]
     ]
     sets = f"{count} sets of causes were" if count > 1 else "One set of causes was"
     text = f"<p>{sets} fitted. The best by BIC; a difference of 10 is strong evidence:</p>"
     return text + table(["candidate", "BIC above the best"], rows, numbers=(1,))
+
+
+def bic_text(above: float, most: float) -> str:
+    """Return how far a BIC is above the best, which far above it needs no digits."""
+    return f"{above:.1f}" if above < most else f"more than {most:,.0f}"
 
 
 def tabulate_tests(diagnosis: Diagnosis) -> str:
