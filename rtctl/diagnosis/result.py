@@ -131,6 +131,8 @@ class Diagnosis:
     isolability: Isolability
     noise_rms: float
     """RMS of the noise of the subject's output, in its unit."""
+    level: float
+    """Significance level of the residual tests, shared by all of one set."""
     next_experiment: NextExperiment | None = None
     shape: MissingForce | None = None
     """Shape of the missing force, where causes do not explain all of it."""

@@ -257,7 +257,7 @@ def test_who_has_only_a_file_is_told_how_to_play_the_next_experiment(
     acquired = replace(found, dataset=replace(found.dataset, identity="beam 7"))
     say_next_experiment(args, acquired, tmp_path)
     assert capsys.readouterr().out == ""
-    assert next_words(acquired, tmp_path / "dataset.toml", tmp_path / "model.toml", tmp_path)[0] == "acquire"
+    assert next_words(acquired, args, tmp_path)[0] == "acquire"
 
 
 @pytest.mark.parametrize("passes", [True, False])
