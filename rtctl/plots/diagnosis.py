@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 
 from rtctl.border.arrays import FloatArray
 from rtctl.output.readable_units import printed_unit, readable_unit
-from rtctl.plots.comparison import amplitude_density
 from rtctl.plots.elements.before_after import BeforeAfter
 from rtctl.plots.elements.channels import fitting_unit
 from rtctl.plots.elements.decimation import extremes
@@ -28,6 +27,7 @@ from rtctl.plots.elements.style import (
     house_style,
     new_figure,
 )
+from rtctl.plots.frequency.density import amplitude_density
 
 STRETCH_PERIODS = 12.0
 MOST_CELLS, FEWEST_CELLS = 28, 10

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -16,7 +17,7 @@ LEVEL = 0.01
 PROBLEM = SimpleNamespace(thresholds=Thresholds())
 
 
-def answer(verdict: str, *p_values: float) -> SimpleNamespace:
+def answer(verdict: str, *p_values: float) -> Any:
     """A diagnosis whose nominal model is the answer, with the tests of its residual."""
     tests = tuple(SimpleNamespace(p_value=p) for p in p_values)
     tested = SimpleNamespace(
@@ -45,24 +46,34 @@ def test_where_no_set_was_tried_the_page_says_why(p: float, said: str) -> None:
 
 @pytest.mark.parametrize("claim", ["explained", "partly_explained"])
 def test_a_set_that_the_data_refute_is_no_rival_of_causes_that_are_named(claim: str) -> None:
-    chosen, equivalent, refuted = "chosen", "equivalent", SimpleNamespace(hypothesis="refuted")
-    search = SimpleNamespace(
+    refuted: Any = SimpleNamespace(hypothesis="refuted")
+    chosen: Any = "chosen"
+    equivalent: Any = "equivalent"
+    search: Any = SimpleNamespace(
         chosen=SimpleNamespace(hypothesis=chosen), equivalent=(equivalent,), rankings=((refuted,),)
     )
     limits = Thresholds().verification
-    assert choose_rivals(search, Verdict(claim=claim), limits) == [chosen, equivalent]  # type: ignore[arg-type]
+    assert choose_rivals(search, Verdict(claim=claim), limits) == [chosen, equivalent]
     search.equivalent = ()
-    assert choose_rivals(search, Verdict(claim=claim), limits) == []  # type: ignore[arg-type]
-    assert choose_rivals(search, Verdict(claim="unexplained"), limits) == ["refuted"]  # type: ignore[arg-type]
+    assert choose_rivals(search, Verdict(claim=claim), limits) == []
+    assert choose_rivals(search, Verdict(claim="unexplained"), limits) == [refuted.hypothesis]
+
+
+def named(statement: str) -> Any:
+    """An input of the menu."""
+    return SimpleNamespace(statement=statement)
 
 
 def test_the_table_of_inputs_begins_with_what_is_proposed() -> None:
     slow, quick, fine = (
-        ScoredInput(SimpleNamespace(statement=f"square wave of {hz} Hz"), separation, whole)  # type: ignore[arg-type]
+        ScoredInput(named(f"square wave of {hz} Hz"), separation, whole)
         for hz, separation, whole in ((35, 2070.0, False), (50, 1900.0, False), (71, 1600.0, True))
     )
-    proposed = SimpleNamespace(plan=Design(((fine, 1),), 1600.0), menu=(slow, quick, fine), in_vain=False)
-    table = tabulate_menu(SimpleNamespace(next_experiment=proposed, problem=PROBLEM))  # type: ignore[arg-type]
+    proposed: Any = SimpleNamespace(
+        plan=Design(((fine, 1),), 1600.0), menu=(slow, quick, fine), in_vain=False
+    )
+    shown: Any = SimpleNamespace(next_experiment=proposed, problem=PROBLEM)
+    table = tabulate_menu(shown)
     assert "<b>square wave of 71 Hz: proposed</b>" in table
     places = [table.index(f"square wave of {hz} Hz") for hz in (71, 35, 50)]
     assert places == sorted(places)

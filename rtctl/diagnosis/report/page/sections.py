@@ -29,8 +29,8 @@ TESTS = (
     "much like it. Something is left where a p is below {each:.2g}: {level:.2g}, shared by {count} tests."
 )
 CHANCE = (
-    "The smallest p, {least}, is below that all the same, and it counts as chance: no set of causes that takes it up is worth "
-    "its parameters by BIC, so none is claimed."
+    "The smallest p, {least}, is below that all the same, and it counts as chance: no set of causes that takes it "
+    "up is worth its parameters by BIC, so none is claimed."
 )
 HOW_NAMED = {
     "adequate": "None is worth its parameters beside the nominal model, so none is named.",
