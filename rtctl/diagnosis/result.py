@@ -64,7 +64,7 @@ class Cause(NamedTuple):
     def certainty(self) -> str:
         """Return the probability as text; where it is None, the share of the error that the cause removes."""
         if self.probability is None:
-            return f"removes {share_text(min(self.share_removed, 0.999))} of the error"
+            return f"removes {share_text(self.share_removed)} of the error"
         return f"{self.probability:.1%}"
 
     def as_json(self) -> dict[str, Any]:
@@ -98,7 +98,11 @@ def correction_of(causes: Sequence[Cause], drive: str) -> str:
 
 
 def share_text(share: float) -> str:
-    """Return a share in percent, with a digit more where it would be rounded to nothing."""
+    """Return a share in percent, with a digit more where it would be rounded to nothing or to everything."""
+    if share > 0.9995:
+        return "more than 99.9%"
+    if share >= 0.995:
+        return f"{share:.1%}"
     if 0.0 < share < 0.001:
         return "less than 0.1%"
     return f"{share:.0%}" if share >= 0.01 else f"{share:.1%}"
@@ -176,7 +180,7 @@ class Diagnosis:
         if self.loop is not None and not self.loop.after <= worst * self.loop.before:
             return (
                 f"there is no extended model, because the loop would do worse with it: {self.loop.scenario}, "
-                f"{self.loop.before:.3g} {self.loop.unit} with today's model, {self.loop.after:.3g} with the other"
+                f"{self.loop.before:.3g} {self.loop.unit} with the nominal model, {self.loop.after:.3g} with the other"
             )
         return ""
 

@@ -9,6 +9,7 @@ import pytest
 
 from rtctl.diagnosis.experiment_design.design import Design, ScoredInput
 from rtctl.diagnosis.report.page.sections import describe_tests, tabulate_candidates, tabulate_menu
+from rtctl.diagnosis.result import share_text
 from rtctl.diagnosis.thresholds import Thresholds
 from rtctl.diagnosis.verification.rivals import choose_rivals
 from rtctl.diagnosis.verification.verdict import Verdict
@@ -78,3 +79,14 @@ def test_the_table_of_inputs_begins_with_what_is_proposed() -> None:
     places = [table.index(f"square wave of {hz} Hz") for hz in (71, 35, 50)]
     assert places == sorted(places)
     assert table.count("proposed</b>") == 1
+
+
+@pytest.mark.parametrize(
+    ("share", "text"),
+    [
+        (0.0002, "less than 0.1%"), (0.004, "0.4%"), (0.72, "72%"), (0.994, "99%"), (0.997, "99.7%"),
+        (0.99999, "more than 99.9%"), (1.0, "more than 99.9%"),
+    ],
+)  # fmt: skip
+def test_no_share_is_rounded_to_all_of_the_error(share: float, text: str) -> None:
+    assert share_text(share) == text

@@ -36,13 +36,13 @@ if TYPE_CHECKING:
 CAPTIONS = {
     "stretch": "Free runs from the start of {each}{start}, no measured output "
     "fed in. Errors within the grey band are noise; {whose}.",
-    "others": "The same of the other reading, in the record where today's model is worst at it.",
+    "others": "The same of the other reading, in the record where the nominal model is worst at it.",
     "spectrum": "Where the error stands above the grey line, something is missing that a model could know.",
     "plane": "Mean error of all records that are compared, over {output} and its rate. A "
     "pattern (a sign that changes with velocity, a corner, a ring) is structure; a right model leaves none.",
-    "where": "How much of the error of today's model a missing force that depends on this alone would remove. The "
+    "where": "How much of the error of the nominal model a missing force that depends on this alone would remove. The "
     "shares overlap, so they do not add up.",
-    "shape": "The force that today's model lacks, without any formula: {shape}. Its straight "
+    "shape": "The force that the nominal model lacks, without any formula: {shape}. Its straight "
     "line is taken off where a nominal parameter is one: stiffness, damping or the drive's gain follow it.",
     "loops": "Deflection that switches per mA, while heating and while cooling, and what the loops leave of the "
     "staircases that they were identified from. A narrow peak is a domain that switches as one: cells spread over all "

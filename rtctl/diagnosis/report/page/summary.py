@@ -153,7 +153,7 @@ def _gain_tiles(diagnosis: Diagnosis) -> list[str]:
         return []
     output = gain.output.replace("_", " ")
     before = tile(
-        _size(gain.before, gain.unit), f"RMS error of the {output} on test records: today's model, re-fitted"
+        _size(gain.before, gain.unit), f"RMS error of the {output} on test records: nominal model, re-fitted"
     )
     if not diagnosis.causes:
         return [before]
@@ -217,7 +217,7 @@ def describe_what_to_do(diagnosis: Diagnosis, how: str) -> str:
         return f"<h3>What to do</h3><ul><li>{first}</li></ul>"
     if diagnosis.causes and not diagnosis.withheld:
         steps.append(
-            f"Use <code>{EXTENDED_MODEL}</code> in place of today's model; look at the test records below first."
+            f"Use <code>{EXTENDED_MODEL}</code> in place of the nominal model; look at the test records below first."
         )
     if diagnosis.causes and diagnosis.withheld:
         steps.append(escape(_sentence(diagnosis.withheld)))
