@@ -204,7 +204,8 @@ def _fit_by_suitable_method(
     if follows < 0.5 * left:
         reason = (
             f"fitted in segments of a period, which leave {100.0 * follows:.2g} % of the motion unexplained: free runs "
-            f"over whole records leave {100.0 * left:.2g} % (they end in another well, or the start model is too far off)"
+            f"over whole records leave {100.0 * left:.2g} % (they end in another "
+            "well, or the start model is too far off)"
         )
         return short, reason, _compute_free_share(short, records, options)
     return (

@@ -29,8 +29,8 @@ UNSTATED = (
 )
 
 CORRECT_FIRST = (
-    "Then run rtctl identify and rtctl diagnose again: a wrong hold is no property of the device, and other values and "
-    "causes may change with it."
+    "Then run rtctl identify and rtctl diagnose again (rtctl diagnose without --model does both): a wrong hold is no "
+    "property of the device, and other values and causes may change with it."
 )
 
 
