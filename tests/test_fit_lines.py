@@ -10,8 +10,6 @@ from rtctl.diagnosis.problem.cancellation import CancellationToken
 from rtctl.output.fit_lines import FitLines, work_texts
 from rtctl.output.progress import Reporter
 
-REST = "more if it needs all of it"
-
 
 def test_a_line_a_stage_and_one_now_and_then() -> None:
     printed, now_s, share = list[str](), 0.0, 0.0
@@ -23,9 +21,9 @@ def test_a_line_a_stage_and_one_now_and_then() -> None:
     assert printed == [
         "diagnose x: 0:00, the nominal model",
         "diagnose x: 0:00, causes one at a time",
-        f"diagnose x: 0:16, causes one at a time, 31 fits so far, 16% of the work budget, 1:24 {REST}",
-        f"diagnose x: 0:30, sets of 2 causes, 61 fits so far, 30% of the work budget, 1:10 {REST}",
-        f"diagnose x: 0:46, sets of 2 causes, 91 fits so far, 46% of the work budget, 0:54 {REST}",
+        "diagnose x: 0:16, causes one at a time, 31 fits so far, 16% of the work budget, at most 1:24 more",
+        "diagnose x: 0:30, sets of 2 causes, 61 fits so far, 30% of the work budget, at most 1:10 more",
+        "diagnose x: 0:46, sets of 2 causes, 91 fits so far, 46% of the work budget, at most 0:54 more",
     ]
     lines.show("the next experiment")
     assert printed[-1] == "diagnose x: 1:00, the next experiment, 120 fits so far", (

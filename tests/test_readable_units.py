@@ -7,7 +7,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rtctl.border.units.quantities import convert
-from rtctl.output.readable_units import printed_unit, readable, readable_unit
+from rtctl.output.readable_units import (
+    printed_unit,
+    readable,
+    readable_unit,
+    significant,
+    with_standard_error,
+)
 
 
 @settings(deadline=None)  # the first unit builds the registry
@@ -57,3 +63,24 @@ def test_units_are_printed_with_their_signs(unit: str, printed: str) -> None:
 def test_a_number_of_few_digits_has_no_power_of_ten() -> None:
     assert readable(1.9e-4, "um", 2) == "190 pm"
     assert readable(12345.0, "rad", 2) == "1.2e+04 rad"
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "unit", "text"),
+    [
+        (26.000145, 1.02e-4, "Hz", "26.000145 Hz, standard error 0.0001 Hz"),
+        (-2.000391e9, 1.9e5, "1/(m^2*s^2)", "-2.000391e+09 1/(m^2*s^2), standard error 1.9e+05 1/(m^2*s^2)"),
+        (12304.04, 0.25, "1/s^2", "12304.04 1/s^2, standard error 0.25 1/s^2"),
+        (0.0, 0.002, "mm", "0 um, standard error 2 um"),
+        (1.8, 0.0, "%", "1.8 %"),
+    ],
+)
+def test_a_value_with_its_standard_error_has_the_digits_that_the_error_supports(
+    value: float, error: float, unit: str, text: str
+) -> None:
+    assert with_standard_error(value, error, unit) == text
+
+
+def test_a_large_number_reads_alike_with_and_without_its_interval() -> None:
+    assert significant(-2.000391e9, -2.000391e9 - 4e5, -2.000391e9 + 4e5)[0] == "-2.00039e+09"
+    assert significant(12304.04, 12303.56, 12304.52) == ("12304.04", "12303.56", "12304.52")

@@ -253,15 +253,33 @@ def _chosen(asked: Sequence[str] | str | None, simulation: Simulation) -> tuple[
     known = simulation.catalogue if isinstance(simulation, HasCatalogue) else mechanism_ids(simulation.kind)
     if asked is None:
         return known
+    wanted = _listed(asked, known)
+    for name in wanted:
+        _check_units(name, simulation)
+    return tuple(name for name in known if name in wanted)
+
+
+def check_mechanisms(asked: str, dataset: PathText) -> None:
+    """Raise InputError for a mechanism that the catalogue of a dataset's plant lacks, before anything is identified.
+
+    A model of equations has a catalogue of its own, and is checked with it.
+    """
+    from rtctl.wiring_models import mechanism_ids
+
+    if known := mechanism_ids(stored_dataset_of(dataset).plant):
+        _listed(asked, known)
+
+
+def _listed(asked: Sequence[str] | str, known: Sequence[str]) -> list[str]:
+    """Return the ids that were asked for. Raises InputError where one is not among the `known` ones, or none is."""
     listed = asked.split(",") if isinstance(asked, str) else list(asked)
     wanted = [str(name).strip() for name in listed if str(name).strip()]
     for name in wanted:
         if name not in known:
             raise InputError(f'mechanisms: there is no mechanism "{name}"{nearest(name, known)}')
-        _check_units(name, simulation)
     if not wanted:
         raise InputError("mechanisms: name one at least, such as friction.coulomb")
-    return tuple(name for name in known if name in wanted)
+    return wanted
 
 
 def _check_units(name: str, simulation: Simulation) -> None:

@@ -35,6 +35,7 @@ from rtctl.diagnosis.screening.steps import list_fitted, without_steps
 from rtctl.diagnosis.search.catalogue_search import find_causes
 from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.search.request import DiagnosisOptions, SearchRequest
+from rtctl.diagnosis.search.stepwise import significance_level
 from rtctl.diagnosis.verification.loop_model import model_for_loop
 from rtctl.diagnosis.verification.rivals import choose_rivals
 from rtctl.diagnosis.verification.verify import Verified, verify
@@ -156,6 +157,7 @@ def _answer(
         search=search, problem=problem, tests=request.tests, fits=fits, before=before,
         model=extended.model, units=units, isolability=compute_isolability(search.nominal), next_experiment=proposed,
         noise_rms=noise_rms_of(search.chosen, problem.subject.output),
+        level=significance_level(problem, request.options.false_claim_rate),
         shape=estimate_missing_force(search.nominal, problem, coordinates, units)
         if verdict.leaves_gap and not problem.subject.is_steady else None,
         warnings=(*filter(None, [doubt]), *verdict.notes, *named.notes, *doubt_delays(causes, problem), *remarks),

@@ -44,6 +44,13 @@ class Cause(NamedTuple):
     """Fraction of the removable squared error that this cause removes beside those that remove more."""
     indistinguishable_from: tuple[str, ...]
     """Ids that would explain the data as well in its place."""
+    same_law: tuple[str, ...] = ()
+    """Those of `indistinguishable_from` that are one law with it by construction: no experiment tells them apart."""
+
+    @property
+    def rivals(self) -> tuple[str, ...]:
+        """Return the ids that would explain these data as well, and that other data may tell from it."""
+        return tuple(one for one in self.indistinguishable_from if one not in self.same_law)
 
     @property
     def hold(self) -> str:
@@ -57,13 +64,15 @@ class Cause(NamedTuple):
     def certainty(self) -> str:
         """Return the probability as text; where it is None, the share of the error that the cause removes."""
         if self.probability is None:
-            return f"removes {share_text(min(self.share_removed, 0.999))} of the error"
+            return f"removes {share_text(self.share_removed)} of the error"
         return f"{self.probability:.1%}"
 
     def as_json(self) -> dict[str, Any]:
         """Return the entry of `causes` in `diagnosis.json`."""
+        fields = self._asdict()
+        del fields["same_law"]
         return {
-            **self._asdict(),
+            **fields,
             "parameters": {
                 name: {**estimate._asdict(), "unit": plain_unit(estimate.unit) or estimate.unit}
                 for name, estimate in self.parameters.items()
@@ -89,7 +98,11 @@ def correction_of(causes: Sequence[Cause], drive: str) -> str:
 
 
 def share_text(share: float) -> str:
-    """Return a share in percent, with a digit more where it would be rounded to nothing."""
+    """Return a share in percent, with a digit more where it would be rounded to nothing or to everything."""
+    if share > 0.9995:
+        return "more than 99.9%"
+    if share >= 0.995:
+        return f"{share:.1%}"
     if 0.0 < share < 0.001:
         return "less than 0.1%"
     return f"{share:.0%}" if share >= 0.01 else f"{share:.1%}"
@@ -122,6 +135,8 @@ class Diagnosis:
     isolability: Isolability
     noise_rms: float
     """RMS of the noise of the subject's output, in its unit."""
+    level: float
+    """Significance level of the residual tests, shared by all of one set."""
     next_experiment: NextExperiment | None = None
     shape: MissingForce | None = None
     """Shape of the missing force, where causes do not explain all of it."""
@@ -165,7 +180,7 @@ class Diagnosis:
         if self.loop is not None and not self.loop.after <= worst * self.loop.before:
             return (
                 f"there is no extended model, because the loop would do worse with it: {self.loop.scenario}, "
-                f"{self.loop.before:.3g} {self.loop.unit} with today's model, {self.loop.after:.3g} with the other"
+                f"{self.loop.before:.3g} {self.loop.unit} with the nominal model, {self.loop.after:.3g} with the other"
             )
         return ""
 

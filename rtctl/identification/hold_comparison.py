@@ -25,6 +25,8 @@ LATER, EARLIER = "drive.delay", "timing.skew"
 """Mechanisms of an oscillator that act as a hold that is later, and as one that is earlier."""
 DECISIVE = 10.0
 """Difference of BIC that decides: odds of 150. R. Kass, A. Raftery, J. Am. Stat. Assoc. 90 (1995) 773."""
+LEAST_REDUCTION = 0.01
+"""Part of the residual (RMS) that another hold has to take away to be told: less changes nothing that a user sees."""
 CORRECTION = 'write hold = "{hold}" in [signals.{drive}] of {manifest}'
 BETTER = (
     'the records fit hold = "{hold}" better: error {error} instead of {own}; {correction} and run rtctl identify '
@@ -76,16 +78,14 @@ def _compare_holds_of(
     own = held(now)
     others = {hold: held(hold) for hold in HOLDS if hold != now}
     hold, best = min(others.items(), key=lambda one: _badness(one[1], [own, *others.values()]))
-    if best is None or not _beats(best, own):
+    if best is None or not _beats(best, own) or _reduction(best, own) < LEAST_REDUCTION:
         return HoldDoubt()
     # what the optimum of the other hold does for this one is no merit of the hold
     if not _beats(best, held(now, best.simulation)):
         return HoldDoubt()
     correction = CORRECTION.format(hold=hold, drive=drive, manifest=manifest)
-    said = {
-        "hold": hold, "now": now, "correction": correction, "error": _error(best, records),
-        "own": _error(own, records),
-    }  # fmt: skip
+    error, of_own = _distinct((_share(best, records), _share(own, records)))
+    said = {"hold": hold, "now": now, "correction": correction, "error": error, "own": of_own}
     better = HoldDoubt(BETTER.format(**said), correction)
     simulation = fit.simulation
     known = simulation.catalogue if isinstance(simulation, HasCatalogue) else (LATER, EARLIER)
@@ -135,14 +135,30 @@ def _delay(fit: Fit | None, records: Sequence[FitRecord]) -> str:
         return "a delay"
     whose = "drive" if fit.names[-1].startswith(LATER) else "readings"
     late_ms, half_ms = 1e3 * fit.values[-1], 0.5e3 * records[0].period_s
-    error = _error(fit, records)
+    (error,) = _distinct((_share(fit, records),))
     return f"a delay of the {whose} of {late_ms:.3g} ms (error {error}; half a sample is {half_ms:.3g} ms)"
 
 
-def _error(fit: Fit | None, records: Sequence[FitRecord]) -> str:
+def _share(fit: Fit | None, records: Sequence[FitRecord]) -> float:
     """Return the residual over the variation of the first output (RMS)."""
     if fit is None:
-        return "without bounds"
+        return np.inf
     output, rms = next(iter(fit.rms.items()))
     whole = np.concatenate([one.measured[output][one.first :] for one in records])
-    return f"{100.0 * rms / float(np.std(whole)):.3g} %"
+    return rms / float(np.std(whole))
+
+
+def _reduction(fit: Fit, own: Fit | None) -> float:
+    """Return the largest part of an output's residual (RMS) that `fit` has less than `own`."""
+    if own is None:
+        return 1.0
+    return max(1.0 - rms / max(own.rms[name], 1e-300) for name, rms in fit.rms.items())
+
+
+def _distinct(shares: Sequence[float]) -> list[str]:
+    """Return the shares in percent, with three digits or as many as tell them apart."""
+    for digits in range(3, 9):
+        texts = [f"{100.0 * one:.{digits}g} %" if np.isfinite(one) else "without bounds" for one in shares]
+        if len(set(texts)) == len(set(shares)):
+            break
+    return texts

@@ -37,7 +37,7 @@ def judge_residual(share: float, residuals: Sequence[FloatArray] = ()) -> str:
     if not series:
         return f"{size}{usual}"
     if _quick_share(series) >= QUICK:
-        return f"{size}{usual}: it looks like noise of the reading, which no model can follow"
+        return f"{size}{usual}: it looks like noise of the reading; rtctl diagnose sees also what is smaller than that"
     return (
         f"{size}{usual}: it is smoother than noise, so the model lacks something or a value is off; "
         "rtctl diagnose looks for it"

@@ -23,8 +23,8 @@ _POWERS = str.maketrans("0123456789-.", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻·")
 
 _HANDY = (0.01, 1e4)
 """Numbers that a unit of several factors keeps."""
-_PLAIN = 1e4
-"""Size below which a number is written without a power of ten."""
+_PLAIN, _PLAIN_WITH_ERROR = 1e4, 1e7
+"""Sizes below which a number, and one beside its error, is written without a power of ten."""
 
 
 class Scaled(NamedTuple):
@@ -43,10 +43,10 @@ class Scaled(NamedTuple):
         return f"{_rounded(self.of(value), digits)}{plain}"
 
 
-def _rounded(value: float, digits: int) -> str:
+def _rounded(value: float, digits: int, plain: float = _PLAIN) -> str:
     """Return a number with so many digits: 190, not 1.9e+02; a large one with its power of ten."""
     text = f"{value:.{digits}g}"
-    return f"{float(text):.12g}" if math.isfinite(value) and abs(value) < _PLAIN else text
+    return f"{float(text):.12g}" if math.isfinite(value) and abs(value) < plain else text
 
 
 def readable_unit(size: float, unit: str) -> Scaled:
@@ -90,6 +90,17 @@ def significant(value: float, low: float, high: float) -> tuple[str, str, str]:
         return f"{value:.5g}", f"{low:.4g}", f"{high:.4g}"
     size = max(abs(value), width)
     digits = min(10, max(2, 2 + math.ceil(math.log10(size / width))))
-    rounded = (float(f"{one:.{digits}g}") for one in (value, low, high))
-    first, second, third = (f"{one:.12g}" for one in rounded)  # 380, not 3.8e+02
+    first, second, third = (_rounded(one, digits, _PLAIN_WITH_ERROR) for one in (value, low, high))
     return first, second, third
+
+
+def with_standard_error(value: float, error: float, unit: str) -> str:
+    """Return `26.0001 Hz, standard error 0.0002 Hz`, in the unit that fits; the value alone without an error."""
+    if not (error > 0.0 and math.isfinite(error)):
+        return readable(value, unit)
+    scaled = readable_unit(max(abs(value), error), unit)
+    centre, wide = scaled.of(value), scaled.of(error)
+    digits = min(10, max(2, 2 + math.ceil(math.log10(max(abs(centre) / wide, 1.0)))))
+    plain = "" if scaled.unit in ("", "1", "dimensionless") else f" {scaled.unit}"
+    number = _rounded(centre, digits, _PLAIN_WITH_ERROR)
+    return f"{number}{plain}, standard error {scaled.text(error, 2)}"

@@ -32,13 +32,11 @@ from rtctl.plots.elements.style import (
     new_figure,
     save_png,
 )
+from rtctl.plots.frequency.density import amplitude_density
 from rtctl.plots.frequency.sweep import compared_curves, sweep_figure
 
 BEYOND = 1.5
 """Widths of the measured range that a simulation may lie beyond it on the axis."""
-SEGMENTS = 8
-"""Segments of Welch's average: fewer would be too ragged to compare, more would blur a resonance."""
-LONGEST_SEGMENT = 32_768
 MOST_SIGNALS = 1e3
 """Multiple of the largest reading above which an error means divergence and is not drawn."""
 PERIODS_SHOWN = 12.0
@@ -270,21 +268,3 @@ def _draw_share(axes: Axes, error: FloatArray, period_s: float) -> None:
         axes.step(frequency[kept], 100.0 * power[kept] / power[-1], color=VERMILION, where="mid")
     axes.set(ylim=(0.0, 103.0), ylabel="share of error power\nbelow [%]", xlabel="frequency [Hz]")
     axes.set_xlim(frequency[1], frequency[-1])
-
-
-def amplitude_density(
-    values: FloatArray, period_s: float, *, remove_mean: bool = True, segment: int | None = None
-) -> tuple[FloatArray, FloatArray]:
-    """Return frequencies [Hz] and one-sided amplitude density [unit of `values`/sqrt(Hz)] by Welch's method.
-
-    `segment`: samples of a segment; None: so many that there are `SEGMENTS`.
-    """
-    from scipy.signal import welch
-
-    usual = max(2 * len(values) // (SEGMENTS + 1), 16)
-    segment = min(usual if segment is None else segment, LONGEST_SEGMENT, len(values))
-    frequency, power = welch(
-        values, 1.0 / period_s, nperseg=segment, detrend="constant" if remove_mean else False
-    )
-    first = 1 if remove_mean else 0  # no logarithmic axis has a zero
-    return frequency[first:], np.sqrt(power[first:])

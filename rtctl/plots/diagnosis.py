@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 
 from rtctl.border.arrays import FloatArray
 from rtctl.output.readable_units import printed_unit, readable_unit
-from rtctl.plots.comparison import amplitude_density
 from rtctl.plots.elements.before_after import BeforeAfter
 from rtctl.plots.elements.channels import fitting_unit
 from rtctl.plots.elements.decimation import extremes
@@ -28,6 +27,7 @@ from rtctl.plots.elements.style import (
     house_style,
     new_figure,
 )
+from rtctl.plots.frequency.density import amplitude_density
 
 STRETCH_PERIODS = 12.0
 MOST_CELLS, FEWEST_CELLS = 28, 10
@@ -59,7 +59,7 @@ def stretch_figure(shown: BeforeAfter, noise_rms: float, *, extended: bool) -> F
         figure = new_figure(10.0, 6.6)
         motion, error, whole = figure.subplots(3, 1, height_ratios=(1.5, 1.0, 1.0))
         _draw_motion(motion, time, shown, window, extended=extended)
-        curves = [(before, VERMILION, "error of today's model")]
+        curves = [(before, VERMILION, "error of the nominal model")]
         curves += [(after, BLUE, "of the extended model")] if extended else []
         for values, color, label in curves:
             drawn = scale.of(shown.with_gaps(values))
@@ -78,7 +78,7 @@ def stretch_figure(shown: BeforeAfter, noise_rms: float, *, extended: bool) -> F
         if window != all_of_it:
             whole.axvspan(time[window][0], time[window][-1], color=GREEN, alpha=0.15, linewidth=0.0)
             shaded = "; the stretch above is shaded"
-        error.set_xlabel(f"time [{clock.unit}]: record {shown.record}, where today's model is worst")
+        error.set_xlabel(f"time [{clock.unit}]: record {shown.record}, where the nominal model is worst")
         whole.set_xlabel(f"time [{clock.unit}]: all of the record{pieces}{shaded}")
         return figure
 
@@ -87,7 +87,7 @@ def _draw_motion(axes: Axes, time: FloatArray, shown: BeforeAfter, window: slice
     """Draw the simulations as wide lines and the measurement over them as a thin one: neither hides the other."""
     reading = drawn_reading(shown.output, shown.unit, shown.measured)
     curves = [(shown.measured, BLACK, "measured", 0.9, 3.0)]
-    curves += [(shown.before, VERMILION, "simulated by today's model, re-fitted", 2.6, 2.0)]
+    curves += [(shown.before, VERMILION, "simulated by the nominal model, re-fitted", 2.6, 2.0)]
     curves += [(shown.after, BLUE, "by the extended model", 1.8, 2.5)] if extended else []
     for values, color, label, width, order in curves:
         drawn = reading.of(shown.with_gaps(values))[window]
@@ -108,7 +108,7 @@ def spectrum_figure(
 ) -> Figure:
     """Draw amplitude densities of the reading, the errors and the estimated noise."""
     before, after = shown.errors
-    lines = [(shown.measured, BLACK, "measured"), (before, VERMILION, "error of today's model")]
+    lines = [(shown.measured, BLACK, "measured"), (before, VERMILION, "error of the nominal model")]
     if extended:
         lines.append((after, BLUE, "error of the extended model"))
     scale = drawn_error(shown.unit, before)
@@ -154,7 +154,7 @@ def plane_figure(records: Sequence[BeforeAfter], *, extended: bool) -> Figure:
     position = np.nan_to_num(np.concatenate([one.after for one in records]))
     speed = np.nan_to_num(np.concatenate([one.output_rate for one in records]))
     across, up = fitting_unit(unit, position), fitting_unit(rate_unit(unit), speed)
-    panels = [(before, "today's model, re-fitted")] + ([(after, "extended model")] if extended else [])
+    panels = [(before, "nominal model, re-fitted")] + ([(after, "extended model")] if extended else [])
     scale = drawn_error(unit, before)
     with house_style():
         figure = new_figure(10.0 if extended else 5.6, 4.2)

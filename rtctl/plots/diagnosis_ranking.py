@@ -66,7 +66,7 @@ def candidates_figure(
         axes.hlines(rows, noise, errors, color=RAIL, linewidth=2.0)
         axes.scatter(errors, rows, s=46.0, color=[BLUE if mark else GREY for mark in marked], zorder=3)
         axes.axvline(noise, color=BLACK, linestyle="--", label="noise")
-        axes.axvline(nominal, color=VERMILION, label="today's model, re-fitted")
+        axes.axvline(nominal, color=VERMILION, label="nominal model, re-fitted")
         axes.set_yticks(rows, list(names))
         axes.set_xscale("log")
         few_decades(axes.xaxis)

@@ -13,7 +13,6 @@ from rtctl.border.arrays import FloatArray
 from rtctl.measured.dataset import Dataset, Record
 from rtctl.measured.summary import RecordSummary, Summary, strongest_hz
 from rtctl.output.readable_units import printed_unit
-from rtctl.plots.comparison import amplitude_density
 from rtctl.plots.elements.channels import spans_decades
 from rtctl.plots.elements.decimation import extremes
 from rtctl.plots.elements.limits import limit_axis
@@ -28,6 +27,7 @@ from rtctl.plots.elements.style import (
     house_style,
     new_figure,
 )
+from rtctl.plots.frequency.density import amplitude_density
 
 COLORS = {"fit": BLUE, "test": VERMILION, "identify": GREEN}
 PERIODS, FEWEST, MOST = 10.0, 60, 2000

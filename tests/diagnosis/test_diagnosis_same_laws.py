@@ -6,9 +6,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from diagnosis_cases import PERIOD_S, answer_to, device, measured, noise_drive
+from diagnosis_cases import PERIOD_S, answer_to, device, measured, noise_drive, write_case
 
+import rtctl
+from rtctl.cli.printing.diagnosis import print_diagnosis
+from rtctl.diagnosis.report.page.sections import bic_text, tabulate_candidates
+from rtctl.diagnosis.report.page.summary import describe_causes, describe_verdict, name_with_rivals
+from rtctl.diagnosis.report.ranking import label_of, stand_ins
 from rtctl.diagnosis.report.same_laws import add_same_laws, find_same_laws
+from rtctl.diagnosis.result import Cause
 
 IDS = "drive.delay,timing.skew,sensor.offset,damping.quadratic"
 
@@ -37,11 +43,60 @@ def test_rows_that_are_read_late_may_be_read_at_the_end_of_a_period_with_a_late_
     assert ("at the end of their period" in cause["statement"]) == bool(others)
 
 
-def test_rows_that_are_read_early_are_a_late_drive_or_these(tmp_path: Path) -> None:
-    answer = answer_to(tmp_path, records(-0.4 * PERIOD_S), IDS)
-    (cause,) = answer["causes"]
+@pytest.fixture(scope="module")
+def early(tmp_path_factory: pytest.TempPathFactory) -> rtctl.Diagnosis:
+    """Diagnosis of readings that are early, which a late drive is too."""
+    folder = tmp_path_factory.mktemp("early")
+    return rtctl.diagnose(write_case(folder, records(-0.4 * PERIOD_S)), folder / "model.toml", mechanisms=IDS)
+
+
+def test_rows_that_are_read_early_are_a_late_drive_or_these(early: rtctl.Diagnosis) -> None:
+    (cause,) = early.to_dict()["causes"]
     assert (cause["id"], cause["indistinguishable_from"]) == ("drive.delay", ["timing.skew"])
     assert cause["parameters"]["delay"]["value"] == pytest.approx(0.4 * PERIOD_S, rel=0.05)
+    assert "same_law" not in cause, "the keys of the file are fixed"
+
+
+def test_one_law_of_two_names_is_said_once_and_never_seems_refuted(
+    early: rtctl.Diagnosis, capsys: pytest.CaptureFixture[str]
+) -> None:
+    said = "drive.delay and timing.skew are the same law in every record: nothing but knowledge of the bench decides"
+    print_diagnosis(early.answer, Path("answer"))
+    printed = capsys.readouterr().out
+    assert (printed.count(said), printed.count("cannot tell")) == (1, 0)
+    assert describe_causes(early.answer).count(said) == 1
+    assert "Explained by drive.delay: with it, the residual is noise." in describe_verdict(early.answer)
+    tried = tabulate_candidates(early.answer)
+    assert "<td>drive.delay (the same law: timing.skew)</td>" in tried
+    assert "<td>timing.skew</td>" not in tried
+    assert early.next_experiment is None
+
+
+@pytest.mark.parametrize(
+    ("others", "name"),
+    [
+        ((), "drive.delay"),
+        (("timing.skew",), "drive.delay"),
+        (("timing.skew", "input.hold"), "drive.delay or input.hold, these data do not tell which"),
+    ],
+)
+def test_a_verdict_names_only_rivals_that_data_could_refute(others: tuple[str, ...], name: str) -> None:
+    cause = Cause("drive.delay", "The drive is late.", "mechanism", 0.9, {}, 1.0, others, ("timing.skew",))
+    assert name_with_rivals([cause]) == name
+    both = name_with_rivals([cause, cause._replace(id="sensor.lag", indistinguishable_from=())])
+    assert both == (f"({name}) and sensor.lag" if "or" in name.split() else f"{name} and sensor.lag")
+
+
+def test_a_set_with_the_same_law_under_its_other_name_is_no_rival() -> None:
+    same = {"drive.delay": ("timing.skew",)}
+    assert stand_ins(("drive.delay", "sensor.offset"), same) == {frozenset({"timing.skew", "sensor.offset"})}
+    assert label_of(("drive.delay", "sensor.offset"), same) == (
+        "drive.delay (the same law: timing.skew) + sensor.offset"
+    )
+
+
+def test_a_bic_far_above_the_best_has_no_digits() -> None:
+    assert [bic_text(one, 1000.0) for one in (0.0, 12.34, 136936811.6)] == ["0.0", "12.3", "more than 1,000"]
 
 
 @pytest.mark.slow

@@ -19,7 +19,7 @@ from rtctl.cli.verbs.modelling.diagnose import next_words, say_next_experiment
 from rtctl.cli.verbs.modelling.identify import is_diagnosed_next
 from rtctl.diagnosis.problem.subject import Rehearsal
 from rtctl.diagnosis.report.files import scenario_text
-from rtctl.diagnosis.report.page.summary import spring_sentence
+from rtctl.diagnosis.report.words.findings import spring_sentence
 from rtctl.diagnosis.search.holdout_error import Gain
 from rtctl.diagnosis.verification.misfit_checks import require_model_follows
 from rtctl.diagnosis.verification.verdict import Verdict
@@ -232,8 +232,10 @@ def test_a_spring_that_hardens_is_told_in_words(friction: rtctl.Diagnosis, tmp_p
         ),
     )
     said = spring_sentence(told)
-    assert said.startswith("The spring hardens: its cubic force is as large as the linear one at 8.8 mm; ")
-    assert "; at the largest displacement, 20 mm, cubic over linear force is " in said
+    assert said.startswith(
+        "The spring hardens: its cubic force is as large as the linear one at 8.8 mm, standard "
+    )
+    assert said.endswith(" % of it at the largest displacement, 20 mm.")
     assert spring_sentence((stiff,)) == ""
 
 
@@ -245,17 +247,17 @@ def test_who_has_only_a_file_is_told_how_to_play_the_next_experiment(
     sure = proposed._replace(limits=replace(proposed.limits, alike_separation=0.0, deciding_separation=0.0))
     found = replace(unexplained, answer=replace(unexplained.answer, next_experiment=sure))
     assert not found.dataset.is_acquired
-    args = argparse.Namespace(quiet=False, json=False)
+    args = argparse.Namespace(quiet=False, json=False, dataset=tmp_path / "dataset.toml", model=None)
     say_next_experiment(args, found, tmp_path)
     said = capsys.readouterr().out
     assert "Play it as you played the drive of these data, record it, and begin again with rtctl init" in said
-    assert next_words(found, tmp_path / "dataset.toml", tmp_path / "model.toml", tmp_path)[:1] != ["acquire"]
+    assert next_words(found, args, tmp_path)[:1] != ["acquire"]
     found.save(tmp_path)
     assert "begin again with rtctl init" in (tmp_path / "report.html").read_text()
     acquired = replace(found, dataset=replace(found.dataset, identity="beam 7"))
     say_next_experiment(args, acquired, tmp_path)
     assert capsys.readouterr().out == ""
-    assert next_words(acquired, tmp_path / "dataset.toml", tmp_path / "model.toml", tmp_path)[0] == "acquire"
+    assert next_words(acquired, args, tmp_path)[0] == "acquire"
 
 
 @pytest.mark.parametrize("passes", [True, False])

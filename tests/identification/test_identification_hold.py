@@ -12,8 +12,9 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Simulation, Stimulus
 from rtctl.cli import main
+from rtctl.identification import hold_comparison
 from rtctl.identification.fit_record import select_fit_records
-from rtctl.identification.hold_comparison import compare_holds
+from rtctl.identification.hold_comparison import LEAST_REDUCTION, _distinct, compare_holds
 from rtctl.identification.oscillator.refit import make_refit
 from rtctl.identification.simulation_error.multiple_shooting import fit_multiple_shooting
 from rtctl.identification.simulation_error.output_error import FitOptions
@@ -108,6 +109,22 @@ def test_a_hold_that_a_delay_does_as_well_as_is_said_to_be_one_of_two(tmp_path: 
 @pytest.mark.parametrize("level", [100.0, 300.0])
 def test_a_friction_that_the_model_lacks_is_no_other_hold(level: float, tmp_path: Path) -> None:
     assert told(tmp_path, measured("linear", level=level), "linear") == []
+
+
+def test_a_hold_that_hardly_changes_the_error_is_not_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The records decide for the other hold in both cases; it takes 24 % of the error away, or 8 %."""
+    assert LEAST_REDUCTION == 0.01
+    monkeypatch.setattr(hold_comparison, "LEAST_REDUCTION", 0.15)
+    assert told(tmp_path / "much", measured("zero", noise=0.1), "linear")
+    assert told(tmp_path / "little", measured("zero", noise=0.2), "linear") == []
+
+
+def test_errors_that_differ_are_printed_with_the_digits_that_differ() -> None:
+    assert _distinct((0.0030512, 0.0030538)) == ["0.3051 %", "0.3054 %"]
+    assert _distinct((0.02, 0.5)) == ["2 %", "50 %"]
+    assert _distinct((0.02, 0.02)) == ["2 %", "2 %"]
 
 
 def test_a_motion_that_is_fitted_in_segments_shows_the_hold_too(tmp_path: Path) -> None:

@@ -12,6 +12,15 @@ from rtctl.diagnosis.report.page.summary import (
     quantities_of,
     state_correction,
 )
+from rtctl.diagnosis.report.words.findings import (
+    describe_main_quantities,
+    describe_spring,
+    doubts_of,
+    main_quantities,
+    name_beyond_linear,
+    spring_of,
+    with_error,
+)
 from rtctl.diagnosis.report.words.plain_words import words_of_coordinate
 from rtctl.diagnosis.result import EXTENDED_MODEL, Diagnosis
 from rtctl.output.readable_units import readable, readable_unit
@@ -29,39 +38,12 @@ UNDECIDED = (
 
 def print_diagnosis(found: Diagnosis, folder: Path, *, written: bool = True) -> None:
     """Verdict, causes, gain, place, warnings, and where the files are, if they were `written`."""
-    if found.correction:
-        print(f"{state_correction(found)} {CORRECT_FIRST}")
-    print(UNDECIDED if found.undecided else VERDICTS[found.verdict].format(rest=found.problem.rest))
-    for cause in found.causes:
-        others = f" These data cannot tell it from {', '.join(cause.indistinguishable_from)}."
-        print(
-            f"  {cause.certainty:>5}  {cause.id}: {cause.statement}{others if cause.indistinguishable_from else ''}"
-        )
-        for name, text in (one.in_words() for one in quantities_of(cause, found.derived)):
-            print(f"         {name}: {text}")
-    if found.gain is not None:
-        gain = found.gain
-        after = f" -> {readable(gain.after, gain.unit)}" if found.causes else ""
-        print(
-            f"  error on test records: {readable(gain.before, gain.unit)}{after} "
-            f"(noise {readable(gain.noise_floor, gain.unit)})"
-            + (
-                f"; {gain.ratio:.3g} times less, 95 % between {gain.ratio_low:.3g} and {gain.ratio_high:.3g}"
-                if found.causes
-                else ""
-            )
-        )
-    for text in (describe_remainder(found), explain_test_error(found)):
+    _print_verdict(found)
+    _print_causes(found)
+    _print_gain(found)
+    for text in (describe_remainder(found), describe_spring(found), explain_test_error(found)):
         if text:
             print(f"  {text}")
-    if found.loop is not None:
-        loop, unit = found.loop, readable_unit(found.loop.before, found.loop.unit)
-        left_out = (
-            "" if loop.with_corrections is None else LEFT_OUT.format(unit.text(loop.with_corrections, 3))
-        )
-        print(
-            f"  in the loop: {loop.scenario}: {unit.text(loop.before, 3)} -> {unit.text(loop.after, 3)}{left_out}"
-        )
     if found.where:
         print(
             "  the error goes with "
@@ -79,9 +61,50 @@ def print_diagnosis(found: Diagnosis, folder: Path, *, written: bool = True) -> 
         print(f"results in {folder}: report.html, diagnosis.json{model}")
 
 
+def _print_verdict(found: Diagnosis) -> None:
+    """Print the verdict, what the nominal model has beyond a linear one, and its main figures."""
+    if found.correction:
+        print(f"{state_correction(found)} {CORRECT_FIRST}")
+    print(UNDECIDED if found.undecided else VERDICTS[found.verdict].format(rest=found.problem.rest))
+    if found.verdict == "adequate" and (beyond := name_beyond_linear(found)):
+        print(f"  {beyond}")
+    if figures := describe_main_quantities(found):
+        print(f"  {figures}")
+
+
+def _print_causes(found: Diagnosis) -> None:
+    """Print each cause with what the data, or no data, tell it from."""
+    for cause in found.causes:
+        print(f"  {cause.certainty:>5}  {' '.join([f'{cause.id}: {cause.statement}', *doubts_of(cause)])}")
+        for name, text in (one.in_words() for one in quantities_of(cause, found.derived)):
+            print(f"         {name}: {text}")
+
+
+def _print_gain(found: Diagnosis) -> None:
+    """Print the errors on the test records and in the loop, without and with the causes."""
+    if (gain := found.gain) is not None:
+        after = f" -> {readable(gain.after, gain.unit)}" if found.causes else ""
+        less = f"; {gain.ratio:.3g} times less, 95 % between {gain.ratio_low:.3g} and {gain.ratio_high:.3g}"
+        print(
+            f"  error on test records: {readable(gain.before, gain.unit)}{after} "
+            f"(noise {readable(gain.noise_floor, gain.unit)}){less if found.causes else ''}"
+        )
+    if found.loop is not None:
+        loop, unit = found.loop, readable_unit(found.loop.before, found.loop.unit)
+        left_out = (
+            "" if loop.with_corrections is None else LEFT_OUT.format(unit.text(loop.with_corrections, 3))
+        )
+        print(
+            f"  in the loop: {loop.scenario}: {unit.text(loop.before, 3)} -> {unit.text(loop.after, 3)}{left_out}"
+        )
+
+
 def _print_derived(found: Diagnosis) -> None:
-    """Print in one line what follows from the model's parameters, but for what was said with a cause."""
-    said = {one.name for cause in found.causes for one in quantities_of(cause, found.derived)}
-    rest = [f"{one.name} {readable(one.value, one.unit)}" for one in found.derived if one.name not in said]
+    """Print in one line what else follows from the model's parameters: what no sentence above said."""
+    derived = found.derived
+    said = {one.name for cause in found.causes for one in quantities_of(cause, derived)}
+    said |= {one.name for one in main_quantities(derived)}
+    said |= {one.name for one in spring_of(derived)} if describe_spring(found) else set()
+    rest = [with_error(one) for one in derived if one.name not in said]
     if rest:
         print(f"  {'extended' if found.causes else 're-fitted'} model: {'; '.join(rest)}")

@@ -30,7 +30,7 @@ def _print_oscillator(fit: Fit) -> None:
         others = np.delete(np.abs(np.nan_to_num(found.correlation[k])), k)
         most = f"{others.max():.3f}" if len(others) else "–"
         rows.append([name, f"{value.value:.7g}", error, value.unit, most])
-    headers = ["parameter", "value", "standard error", "unit", "largest correlation"]
+    headers = ["parameter", "value", "standard error", "unit", "largest correlation with another"]
     print_table(f"{fit.dataset}: {fit.method}", headers, rows)
     for name, rms in fit.residual_rms.items():
         measured = [record.measured[name][record.first :] for record in fit.result.records]

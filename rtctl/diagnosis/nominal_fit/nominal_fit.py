@@ -25,12 +25,12 @@ LONG_MEMORY = (
     "each from its own initial state; the errors on test records are of free runs over whole records all the same"
 )
 PARTS = (
-    "after some time the free runs of the nominal model {} the records{}: causes were judged by {} of {} samples, the "
-    "initial parts of {} records up to there"
+    "after some time the free runs of the nominal model {} the records: causes were judged by {} of {} samples, the "
+    "{} up to there"
 )
 UNPREDICTABLE = (
     "beyond some time the free run is unpredictable: a parameter change below 0.1 % changes the motion. {1} of {0} "
-    "samples were used, the initial parts of {2} records up to there"
+    "samples were used, the {2} up to there"
 )
 DIVERGES = "the model diverges on these records: correct its parameters, or let rtctl identify find them"
 STOPPED = (
@@ -107,14 +107,19 @@ def _fit(problem: Problem, simulation: Simulation, announce: Callable[[str], Non
         return NominalFit(problem, nominal, whole, notes)
     announce("the nominal model as far as it follows the records")
     parts, nominal = refine_nominal(*followed)
-    where = ("leave", " and go on in another motion (such as another well)")
-    note = PARTS.format(*where, parts.samples, problem.samples, len(parts.records))
+    note = PARTS.format("leave", parts.samples, problem.samples, _initial_parts(parts))
     return NominalFit(parts, nominal, whole, (*notes, note), parted=True)
+
+
+def _initial_parts(parts: Problem) -> str:
+    """Return of how many records parts are left."""
+    count = len(parts.records)
+    return "initial part of the record" if count == 1 else f"initial parts of {count} records"
 
 
 def _parts_before_divergence(problem: Problem, parts: Problem, nominal: Hypothesis) -> NominalFit:
     """Return the fit of a model that diverges on whole records."""
-    note = PARTS.format("run away from", "", parts.samples, problem.samples, len(parts.records))
+    note = PARTS.format("run away from", parts.samples, problem.samples, _initial_parts(parts))
     parts, nominal = refine_nominal(parts, nominal)
     foreign = note_foreign_model(parts, nominal.sensitivity.outputs, nominal.cost)
     return NominalFit(parts, nominal, None, (*foreign, note))
@@ -131,7 +136,7 @@ def _fit_predictable(
     refitted = fit_from_starts(predictable, simulation, nominal.mechanisms)
     if refitted is None:
         return problem, nominal, ()
-    note = UNPREDICTABLE.format(problem.samples, predictable.samples, len(predictable.records))
+    note = UNPREDICTABLE.format(problem.samples, predictable.samples, _initial_parts(predictable))
     return predictable, refitted, (note,)
 
 

@@ -72,7 +72,8 @@ def name_causes(
     thresholds, estimated, notes = problem.thresholds.report, verified.fits.after, []
     causes = [
         cause._replace(
-            indistinguishable_from=add_same_laws(cause.indistinguishable_from, cause.id, same_laws)
+            indistinguishable_from=add_same_laws(cause.indistinguishable_from, cause.id, same_laws),
+            same_law=tuple(same_laws.get(cause.id, ())),
         )
         for cause in mechanism_causes(search, estimated, thresholds)
     ]

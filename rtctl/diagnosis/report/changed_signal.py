@@ -256,6 +256,7 @@ def _cause(
         parameters=estimates,
         share_removed=share,
         indistinguishable_from=tuple(name for name in names if name != best.id),
+        same_law=_same_law(best, given),
     )
 
 

@@ -123,14 +123,14 @@ def _of_the_motion(diagnosis: Diagnosis) -> list[Picture]:
 
 
 def _sweep(diagnosis: Diagnosis) -> Figure:
-    """Return the figure of the sweep in which today's model is worst."""
+    """Return the figure of the sweep in which the nominal model is worst."""
     shown = before_after(diagnosis)[0]
     records = {one.name: one for one in diagnosis.tests or diagnosis.problem.records}
     frequency_hz = records[shown.record].stimulus.inputs[FREQUENCY][::2]
-    simulated = [("today's model", VERMILION, paired(shown.before))]
+    simulated = [("nominal model", VERMILION, paired(shown.before))]
     simulated += [("the extended model", BLUE, paired(shown.after))] if diagnosis.causes else []
     curves = compared_curves(frequency_hz, paired(shown.measured), simulated)
-    title = f"record {shown.record}, where today's model is worst"
+    title = f"record {shown.record}, where the nominal model is worst"
     return sweep_figure(title, "", shown.output, shown.unit, curves, diagnosis.noise_rms)
 
 
@@ -172,7 +172,7 @@ def _loops(diagnosis: Diagnosis) -> Figure:
 def _candidates(diagnosis: Diagnosis) -> Figure:
     """Return the figure of the candidates of the chosen size, or of the last size tried."""
     count = diagnosis.problem.thresholds.report.max_candidates_shown
-    ranking = sorted(ranking_of(diagnosis), key=lambda one: one[1].cost)[:count]
+    ranking = [(label, one.hypothesis) for label, one in ranking_of(diagnosis)[:count]]
     scale = _error_scale(diagnosis)
     chosen = {frozenset(diagnosis.search.chosen.hypothesis.mechanisms)} if diagnosis.causes else set()
     chosen |= {frozenset(other.mechanisms) for other in diagnosis.search.equivalent}

@@ -180,8 +180,12 @@ def keep_sufficient_smaller_set(state: SearchState) -> SearchState:
     )
     if smaller - larger > state.limits.needed_bic:
         return state
+    tried = rank_sets(state).rankings
     result = refit_smaller_sets(state.problem, state.result_with(state.smaller, passes=True), state.settings)
-    return accept_set(state, refit_rivals(state.problem, result, state.smaller, state.settings))
+    state = accept_set(state, refit_rivals(state.problem, result, state.smaller, state.settings))
+    assert state.result is not None
+    ranked = state.result.rankings  # the sets that were not needed were tried all the same
+    return replace(state, result=state.result._replace(rankings=(*ranked, *tried[len(ranked) :])))
 
 
 def rank_sets(state: SearchState) -> SearchState:

@@ -34,11 +34,13 @@ class ReportThresholds:
     explained_error: float = 3.0
     """Error on the test records over the noise above which an answer that nothing is wrong says why both may hold."""
     max_table_rows: int = 8
-    """Rows of a table of candidates."""
+    """Rows of a table of inputs."""
     max_nested_rows: int = 3
     """Rows of a table within a table before it is folded."""
     max_candidates_shown: int = 12
-    """Candidates in the figure of the search."""
+    """Candidates in the table and in the figure of the search."""
+    max_bic_shown: float = 1000.0
+    """Difference of BIC above which a table shows a lower limit: a hundred times what is strong evidence."""
     dots_per_inch: int = 110
     """Resolution of the figures of the page."""
     noise_bins: int = 1024

@@ -11,8 +11,11 @@ from rtctl.diagnosis.verification.verdict import Verdict
 def choose_rivals(
     search: SearchResult, verdict: Verdict, thresholds: VerificationThresholds
 ) -> list[Hypothesis]:
-    """Return the equivalent sets of causes, or the best single causes where none explains the data."""
-    if verdict.claim == "explained":
+    """Return the sets of causes that the data do not tell apart, or the best single causes where none is named.
+
+    What the data refute already is no rival of causes that are named, whether or not these explain everything.
+    """
+    if verdict.names_causes:
         equivalent = [search.chosen.hypothesis, *search.equivalent][: thresholds.max_rivals]
         return equivalent if search.equivalent else []
     if verdict.claim == "adequate" or not search.rankings:

@@ -198,13 +198,14 @@ def _fit_by_suitable_method(
     free_run = fit_output_error(simulation, records, options.fit, starts=starts, report=report)
     left = _compute_residual_share(free_run, records)
     if left <= MAX_RESIDUAL_SHARE:
-        return free_run, f"free runs follow the data to {100.0 * left:.2g} %", np.nan
+        return free_run, f"free runs leave {100.0 * left:.2g} % of the data unexplained", np.nan
     short = fit_multiple_shooting(simulation, records, shooting, starts=starts, report=report)
     follows = _compute_residual_share(short, records)
     if follows < 0.5 * left:
         reason = (
-            f"fitted in segments of a period, which follow the motion to {100.0 * follows:.2g} %: free runs over whole "
-            f"records miss {100.0 * left:.2g} % of it (they end in another well, or the start model is too far off)"
+            f"fitted in segments of a period, which leave {100.0 * follows:.2g} % of the motion unexplained: free runs "
+            f"over whole records leave {100.0 * left:.2g} % (they end in another "
+            "well, or the start model is too far off)"
         )
         return short, reason, _compute_free_share(short, records, options)
     return (

@@ -20,7 +20,8 @@ def held(drive: Sampled, p: Values) -> Sampled:
 
 def remedy(name: str, signal: str) -> str:
     """Return what to write in the manifest for the parameter `name`, as a template of its share."""
-    return f'Write hold = "{HOLDS[name]}" in its [signals.{signal}]: a share of {{{name}}} goes on so (1: all of it).'
+    scale = f"from the manifest's hold (0) to this one (1) the data lie at {{{name}}}"
+    return f'Write hold = "{HOLDS[name]}" in its [signals.{signal}]: {scale}.'
 
 
 MECHANISM = OscillatorMechanism(

@@ -20,7 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--model",
         type=Path,
-        help="today's model (model.toml); without one it is identified first: DIR/model.toml",
+        help="model to diagnose (model.toml); without one it is identified first: DIR/model.toml",
     )
     parser.add_argument("--out", type=Path, required=True, help="folder of the results")
     parser.add_argument(
@@ -43,12 +43,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run the verb. Returns 1 where it was stopped; what was done by then is written."""
-    from rtctl.api.diagnosing import diagnose
+    from rtctl.api.diagnosing import check_mechanisms, diagnose
     from rtctl.border.errors import RunError
     from rtctl.cli.next_step import say_next
     from rtctl.cli.options import is_quiet, output_folder, print_json
     from rtctl.cli.printing.diagnosis import print_diagnosis
 
+    if args.mechanisms is not None and args.model is None:
+        check_mechanisms(args.mechanisms, args.dataset)
     folder = output_folder(args.out)
     model = args.model or identified(args, folder / "model.toml")
     diagnosis = diagnose(

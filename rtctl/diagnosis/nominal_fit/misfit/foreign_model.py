@@ -9,8 +9,8 @@ import numpy as np
 from rtctl.diagnosis.problem.problem import Problem
 
 FOREIGN = (
-    "the nominal model, re-fitted, leaves {:.0%} of the {}'s RMS: is it a model of this device, are the units and "
-    "signs right? A cause named on this basis is doubtful; try rtctl identify first"
+    "the nominal model, re-fitted, leaves {:.0%} of the {}'s RMS: is it a model of this device, and are "
+    "input, output, units and signs in the manifest right? A cause named on this basis is doubtful"
 )
 
 

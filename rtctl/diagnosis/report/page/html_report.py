@@ -36,22 +36,24 @@ if TYPE_CHECKING:
 CAPTIONS = {
     "stretch": "Free runs from the start of {each}{start}, no measured output "
     "fed in. Errors within the grey band are noise; {whose}.",
-    "others": "The same of the other reading, in the record where today's model is worst at it.",
+    "others": "The same of the other reading, in the record where the nominal model is worst at it.",
     "spectrum": "Where the error stands above the grey line, something is missing that a model could know.",
     "plane": "Mean error of all records that are compared, over {output} and its rate. A "
-    "pattern (a sign that changes with velocity, a corner, a ring) is structure; a right model leaves none.",
-    "where": "How much of the error of today's model a missing force that depends on this alone would remove. The "
+    "pattern (a sign that changes with velocity, a corner, a ring) is structure; a right model leaves none. "
+    "Cells at the edge hold few samples, and are noisy.",
+    "where": "How much of the error of the nominal model a missing force that depends on this alone would remove. The "
     "shares overlap, so they do not add up.",
-    "shape": "The force that today's model lacks, without any formula: {shape}. Its straight "
+    "shape": "The force that the nominal model lacks, without any formula: {shape}. Its straight "
     "line is taken off where a nominal parameter is one: stiffness, damping or the drive's gain follow it.",
     "loops": "Deflection that switches per mA, while heating and while cooling, and what the loops leave of the "
     "staircases that they were identified from. A narrow peak is a domain that switches as one: cells spread over all "
     "of the range smear it.",
     "candidates": "The error that each candidate leaves, fitted to the same records together with all nominal "
     "parameters. {blue}",
-    "isolability": "Before any name: |cos| between the traces that two effects leave in these data (above 0.9 in "
-    "percent). Where it is near 1 no method tells them apart; an effect with little that is visible hides behind the "
-    "nominal parameters.",
+    "isolability": "How alike the traces are that two effects leave in these data: |cos| of the angle between them, 0 "
+    "of traces that have nothing in common, 1 of traces that are equal (above 0.9 written as percent). Where it is "
+    "near 1 no method tells them apart. Visible is the part of a trace that the nominal parameters cannot take up: an "
+    "effect with little of it hides behind them. The names are those of the catalogue of mechanisms.",
 }
 
 

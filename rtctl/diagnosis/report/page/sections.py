@@ -20,6 +20,27 @@ from rtctl.output.readable_units import printed_unit, readable_unit, significant
 
 NOT_TESTED = "not tested"
 PARTS = "its initial part alone: then the candidates, or the model without them, take different courses"
+MENU = (
+    "What is proposed stands first; the other inputs that the plant can take follow, best first. An input that counts "
+    "by its initial part alone is proposed only where no other decides."
+)
+TESTS = (
+    "Each test looks for one thing in what is left of the error. p is the probability that noise alone would look as "
+    "much like it. Something is left where a p is below {each:.2g}: {level:.2g}, shared by {count} tests."
+)
+CHANCE = (
+    "The smallest p, {least}, is below that all the same, and it counts as chance: no set of causes that takes it "
+    "up is worth its parameters by BIC, so none is claimed."
+)
+HOW_NAMED = {
+    "adequate": "None is worth its parameters beside the nominal model, so none is named.",
+    "explained": "With the set that is named, nothing else is left in the residual.",
+    "partly_explained": "With none of them the residual is noise: the set that is named removes a part of the error.",
+    "unexplained": "None of them explains the error, so none is named.",
+}
+"""How a set came to be named, by verdict."""
+NOT_TRIED = "None: the re-fitted nominal model passes the residual tests above, so no cause was looked for."
+NOT_FINISHED = "The residual tests above find something, and no set of causes was fitted to its end."
 
 
 def _limits(diagnosis: Diagnosis) -> ReportThresholds:
@@ -55,16 +76,21 @@ def tabulate_candidates(diagnosis: Diagnosis) -> str:
     """Return how many sets of causes were tried, and a table of the best."""
     ranking = ranking_of(diagnosis)
     if not ranking:
-        return "<p>None: the re-fitted nominal model passes every residual test below, so no cause was looked for.</p>"
+        return f"<p>{NOT_TRIED if diagnosis.search.nominal.p_value > diagnosis.level else NOT_FINISHED}</p>"
     count = sum(len(size) for size in diagnosis.search.rankings)
-    best = next(r for r in diagnosis.search.rankings if r[0].hypothesis is ranking[0][1])
+    limits, least = _limits(diagnosis), min(one.bic for _, one in ranking)
     rows = [
-        [escape(" + ".join(one.hypothesis.mechanisms)), f"{one.bic - best[0].bic:,.1f}"]
-        for one in best[: _limits(diagnosis).max_table_rows]
+        [escape(label), bic_text(one.bic - least, limits.max_bic_shown)]
+        for label, one in ranking[: limits.max_candidates_shown]
     ]
     sets = f"{count} sets of causes were" if count > 1 else "One set of causes was"
     text = f"<p>{sets} fitted. The best by BIC; a difference of 10 is strong evidence:</p>"
     return text + table(["candidate", "BIC above the best"], rows, numbers=(1,))
+
+
+def bic_text(above: float, most: float) -> str:
+    """Return how far a BIC is above the best, which far above it needs no digits."""
+    return f"{above:.1f}" if above < most else f"more than {most:,.0f}"
 
 
 def tabulate_tests(diagnosis: Diagnosis) -> str:
@@ -83,19 +109,23 @@ def tabulate_tests(diagnosis: Diagnosis) -> str:
             for t in diagnosis.search.chosen.tests
             if t.name not in known
         ]
-    headers = ["does what is left of the error still hold …", "p, today's model"] + (
+    headers = ["does what is left of the error still hold …", "p, nominal model"] + (
         [] if same else ["p, best candidate"]
     )
-    left = (
-        " Here something is left beside the causes: they are claimed as a part of what is wrong."
-        if diagnosis.verdict == "partly_explained"
-        else ""
-    )
-    text = (
-        "<p>Each test looks for one thing in what is left of the error. p is the probability that noise alone would "
-        f"look as much like it: where it is small, something is left.{left}</p>"
-    )
-    return text + table(headers, rows, numbers=(1, 2))
+    return f"<p>{describe_tests(diagnosis)}</p>" + table(headers, rows, numbers=(1, 2))
+
+
+def describe_tests(diagnosis: Diagnosis) -> str:
+    """Return what the tests ask, from which p on something is left, and what follows here."""
+    chosen = diagnosis.search.chosen
+    count, least = len(chosen.tests), min(one.p_value for one in chosen.tests)
+    said = [TESTS.format(count=count, level=diagnosis.level, each=diagnosis.level / max(count, 1))]
+    finds = not chosen.p_value > diagnosis.level
+    if diagnosis.verdict == "partly_explained":
+        said.append("Something is left beside the causes: they are claimed as a part of what is wrong.")
+    elif diagnosis.verdict in ("adequate", "explained") and finds:
+        said.append(CHANCE.format(least=_p(least)))
+    return " ".join(said)
 
 
 def _p(value: float) -> str:
@@ -108,13 +138,15 @@ def tabulate_menu(diagnosis: Diagnosis) -> str:
     proposed = diagnosis.next_experiment
     if proposed is None:
         return ""
-    rows = [
-        [escape(one.input.statement) + ("" if one.whole else f" ({PARTS})"), f"{one.separation:.3g}"]
-        for one in proposed.menu[: _limits(diagnosis).max_table_rows]
-    ]
-    return (
-        "<h3>Inputs for the next experiment</h3><p>Of the inputs that the plant can take, best first:</p>"
-        + table(["input", "least separation by one record, standard errors"], rows, numbers=(1,))
+    planned = [scored.input.statement for scored, _ in proposed.plan.records]
+    best_first = sorted(proposed.menu, key=lambda one: one.input.statement not in planned)
+    rows = []
+    for one in best_first[: _limits(diagnosis).max_table_rows]:
+        words = escape(one.input.statement) + ("" if one.whole else f" ({PARTS})")
+        is_planned = one.input.statement in planned and not proposed.in_vain
+        rows.append([f"<b>{words}: proposed</b>" if is_planned else words, f"{one.separation:.3g}"])
+    return f"<h3>Inputs for the next experiment</h3><p>{MENU}</p>" + table(
+        ["input", "least separation by one record, standard errors"], rows, numbers=(1,)
     )
 
 
@@ -145,7 +177,7 @@ def describe_work(diagnosis: Diagnosis) -> str:
     if tried:
         said.append(
             f"Then {counted(tried, 'set')} of causes of the catalogue, each fitted together with all nominal "
-            "parameters, were compared. A cause is named only if nothing else is left in the residual."
+            f"parameters, were compared. {HOW_NAMED[diagnosis.verdict]}"
         )
     said.append(
         f"All gains are on {counted(tests, 'test record')}, which no fit saw."

@@ -4,18 +4,24 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from html import escape
 
 from rtctl.diagnosis.problem.subject import LEFT_OUT
 from rtctl.diagnosis.report.page.sections import estimate_text
+from rtctl.diagnosis.report.words.findings import (
+    describe_main_quantities,
+    describe_spring,
+    doubts_of,
+    name_beyond_linear,
+)
 from rtctl.diagnosis.report.words.plain_words import words_of_coordinate
 from rtctl.diagnosis.report.words.remainder import Remainder
 from rtctl.diagnosis.residual.noise_floor import residual_over_noise
 from rtctl.diagnosis.result import EXTENDED_MODEL, Cause, Diagnosis, share_text
-from rtctl.models.derived.oscillator import HARDENING, SOFTENING
 from rtctl.models.derived.quantity import Derived
 from rtctl.output.html_page import table, tile
-from rtctl.output.readable_units import printed_unit, readable, readable_unit
+from rtctl.output.readable_units import printed_unit, readable_unit
 
 UNSTATED = (
     "A probability compares the causes of the catalogue with one another. Where something else is left too, the "
@@ -23,8 +29,8 @@ UNSTATED = (
 )
 
 CORRECT_FIRST = (
-    "Then run rtctl identify and rtctl diagnose again: a wrong hold is no property of the device, and other values and "
-    "causes may change with it."
+    "Then run rtctl identify and rtctl diagnose again (rtctl diagnose without --model does both): a wrong hold is no "
+    "property of the device, and other values and causes may change with it."
 )
 
 
@@ -37,20 +43,19 @@ def state_correction(diagnosis: Diagnosis) -> str:
 def describe_verdict(diagnosis: Diagnosis) -> str:
     """Return the verdict in one sentence."""
     causes = [cause for cause in diagnosis.causes if not cause.hold]
-    names = " and ".join(escape(cause.id) for cause in causes)
+    names = escape(name_with_rivals(causes))
     least = diagnosis.problem.thresholds.report.min_headline_share
     clear = diagnosis.where and diagnosis.where[0].share >= least
     place = (
         f": it goes with the {escape(words_of_coordinate(diagnosis.where[0].coordinate))}" if clear else ""
     )
-    rivals = [one for cause in diagnosis.causes for one in cause.indistinguishable_from]
-    undecided = f", or {escape(', '.join(rivals))} in its place: these data do not decide" if rivals else ""
     them = "it" if len(causes) == 1 else "them"
     rest = escape(diagnosis.problem.rest)
+    beyond = escape(printed_unit(name_beyond_linear(diagnosis)), quote=False)
     texts = {
-        "adequate": f"Nothing is wrong: the residual of the model is {rest}.",
-        "explained": f"Explained by {names}{undecided}: with {them}, the residual is {rest}.",
-        "partly_explained": f"Partly explained by {names}{undecided}; something else is left.",
+        "adequate": f"Nothing is wrong: the residual of the model is {rest}. {beyond}".rstrip(),
+        "explained": f"Explained by {names}: with {them}, the residual is {rest}.",
+        "partly_explained": f"Partly explained by {names}; something else is left.",
         "unexplained": f"Something is wrong that nothing in the catalogue explains{place}.",
     }
     if diagnosis.undecided:
@@ -61,11 +66,23 @@ def describe_verdict(diagnosis: Diagnosis) -> str:
     if not diagnosis.correction:
         return f'<span class="{diagnosis.verdict}">{texts[diagnosis.verdict]}</span>'
     if not causes:
-        texts["explained"] = f"With it, the residual is {rest}{undecided}."
-        texts["partly_explained"] = f"Something else is left{undecided}."
+        rivals = [one for cause in diagnosis.causes for one in cause.rivals]
+        doubt = f" These data cannot tell the hold from {escape(', '.join(rivals))}." if rivals else ""
+        texts["explained"] = f"With it, the residual is {rest}.{doubt}"
+        texts["partly_explained"] = f"Something else is left.{doubt}"
     # in the colour of what is not explained yet, whatever the verdict
     first = escape(f"{state_correction(diagnosis)} ", quote=False)
     return f'<span class="partly_explained">{first}{texts[diagnosis.verdict]}</span>'
+
+
+def name_with_rivals(causes: Sequence[Cause]) -> str:
+    """Return `friction.coulomb and (sensor.lag or drive.lag, these data do not tell which)`."""
+    named = []
+    for cause in causes:
+        one = " or ".join((cause.id, *cause.rivals))
+        one += ", these data do not tell which" if cause.rivals else ""
+        named.append(f"({one})" if cause.rivals and len(causes) > 1 else one)
+    return " and ".join(named)
 
 
 def explain_test_error(diagnosis: Diagnosis) -> str:
@@ -89,8 +106,15 @@ def describe_causes(diagnosis: Diagnosis) -> str:
             f' <span class="dim">{escape(name)}: {escape(printed_unit(text))}.</span>'
             for name, text in (one.in_words() for one in quantities_of(cause, diagnosis.derived))
         )
-        said.append(f'<p class="lead">{escape(cause.statement)}{others}</p>')
-    more = (describe_remainder(diagnosis), describe_spring(diagnosis), explain_test_error(diagnosis))
+        doubts = escape("".join(f" {one}" for one in doubts_of(cause)))
+        said.append(f'<p class="lead">{escape(cause.statement)}{doubts}{others}</p>')
+    figures = describe_main_quantities(diagnosis)
+    more = (
+        f"{figures[:1].upper()}{figures[1:]}." if figures else "",
+        describe_remainder(diagnosis),
+        describe_spring(diagnosis),
+        explain_test_error(diagnosis),
+    )
     return "".join(said) + "".join(f'<p class="lead">{escape(printed_unit(one))}</p>' for one in more if one)
 
 
@@ -102,24 +126,6 @@ def describe_remainder(diagnosis: Diagnosis) -> str:
     over_noise = residual_over_noise(diagnosis.search.chosen)
     size = diagnosis.problem.size(output)
     return Remainder.of(over_noise, output, diagnosis.units[output], diagnosis.noise_rms, size).in_words
-
-
-def describe_spring(diagnosis: Diagnosis) -> str:
-    """Return what a cubic spring that matters means, as a sentence; "" without one."""
-    return "" if diagnosis.verdict == "unexplained" else spring_sentence(diagnosis.derived)
-
-
-def spring_sentence(derived: tuple[Derived, ...]) -> str:
-    """Return what the derived quantities say of a spring that hardens or softens; "" where they say nothing."""
-    told = [one for one in derived if one.name.startswith((HARDENING, SOFTENING))]
-    if len(told) != 2:  # place and share; where one of them is no number, none is said
-        return ""
-    where, share = told
-    does = "hardens" if where.name.startswith(HARDENING) else "softens"
-    return (
-        f"The spring {does}: its cubic force is as large as the linear one at {readable(where.value, where.unit)}; "
-        f"{share.name.partition(': ')[2]} is {share.value:.3g}."
-    )
 
 
 def quantities_of(cause: Cause, derived: tuple[Derived, ...]) -> list[Derived]:
@@ -147,7 +153,7 @@ def _gain_tiles(diagnosis: Diagnosis) -> list[str]:
         return []
     output = gain.output.replace("_", " ")
     before = tile(
-        _size(gain.before, gain.unit), f"RMS error of the {output} on test records: today's model, re-fitted"
+        _size(gain.before, gain.unit), f"RMS error of the {output} on test records: nominal model, re-fitted"
     )
     if not diagnosis.causes:
         return [before]
@@ -186,7 +192,8 @@ def tabulate_causes(diagnosis: Diagnosis) -> str:
     rows = []
     for cause in diagnosis.causes:
         values = "<br>".join(estimate_text(name, one) for name, one in cause.parameters.items())
-        others = ", ".join(cause.indistinguishable_from) or "nothing in the catalogue"
+        alike = [f"{one} (the same law)" for one in cause.same_law]
+        others = ", ".join((*alike, *cause.rivals)) or "nothing in the catalogue"
         probability = "not stated" if cause.probability is None else f"{cause.probability:.1%}"
         rows.append(
             [f"<b>{escape(cause.id)}</b>", values, probability,
@@ -210,7 +217,7 @@ def describe_what_to_do(diagnosis: Diagnosis, how: str) -> str:
         return f"<h3>What to do</h3><ul><li>{first}</li></ul>"
     if diagnosis.causes and not diagnosis.withheld:
         steps.append(
-            f"Use <code>{EXTENDED_MODEL}</code> in place of today's model; look at the test records below first."
+            f"Use <code>{EXTENDED_MODEL}</code> in place of the nominal model; look at the test records below first."
         )
     if diagnosis.causes and diagnosis.withheld:
         steps.append(escape(_sentence(diagnosis.withheld)))
