@@ -19,11 +19,8 @@ from rtctl.measured.proposal.instants.time_base import find_time, homes_of
 from rtctl.measured.proposal.instants.told_rate import told_rate_hz
 from rtctl.measured.proposal.naming.column_names import STRONG
 from rtctl.measured.proposal.naming.column_units import (
-    MOTIONS,
     Unit,
     given_unit,
-    is_force,
-    quantity_of,
     read_column,
 )
 from rtctl.measured.proposal.own_equations.roles import assign_named_roles
@@ -34,7 +31,7 @@ from rtctl.measured.proposal.roles import Choice, Roles, assign_roles
 from rtctl.measured.proposal.scales import given_scales, scale_of
 from rtctl.measured.proposal.survey import Survey
 from rtctl.measured.proposal.sweeps import find_sweep, propose_sweeps
-from rtctl.measured.units import same_unit
+from rtctl.measured.proposal.unit_roles import check_motion, check_swapped, doubts_about_units
 from rtctl.registry import PlantKind, plant_kind
 
 HELD_SHARE = 0.5
@@ -188,6 +185,7 @@ def _signals(
     scales = given_scales(answers.scales, kind.signals)
     opens: list[Open] = []
     unsure: list[str] = []
+    read: dict[str, Unit] = {}
     with_unit = [
         name for name, one in roles.chosen.items() if read_column(survey.columns[one.column]).unit.text
     ]
@@ -208,7 +206,7 @@ def _signals(
                 f"may be the {name}, but nobody states its unit: --output {name}={choice.column}:UNIT"
             )
             continue
-        _check_motion(name, choice.column, unit.text)
+        check_motion(name, choice.column, unit.text)
         if not unit.text:
             named = kind.free_signals or kind.signals[name].role == "output"
             option = (
@@ -217,8 +215,7 @@ def _signals(
             opens.append(_unit_question(name, choice, unit, option))
         if reading.doubt and unit.source != "given" and scale is None:
             unsure.append(f'{name}: column "{choice.column}": {reading.doubt}')
-        if unit.source == "given":
-            unsure += _other_unit(name, choice.column, unit, reading.unit)
+        read[name] = reading.unit
         role = kind.signals[name].role
         hold, why = _hold(answers, column.values) if role == "input" else (None, "")
         if hold is not None and answers.hold is None and hold != "zero" and _varies(column.values):
@@ -226,7 +223,8 @@ def _signals(
         found.append(SignalGuess(name=name, role=role, column=choice.column, why=choice.why, unit=unit.text,
                                  unit_source=unit.source, hold=hold, hold_why=why, certain=choice.certain,
                                  scale=None if scale is None else scale.value))  # fmt: skip
-    return tuple(found), opens, unsure
+    check_swapped(found, read)
+    return tuple(found), opens, [*unsure, *doubts_about_units(found, read)]
 
 
 def _unit(given: Given | None, name: str, read: Unit) -> Unit:
@@ -236,29 +234,6 @@ def _unit(given: Given | None, name: str, read: Unit) -> Unit:
         return given_unit(given.unit, name)
     except ValueError as error:
         raise InputError(f'unit of the {name}, column "{given.column}": {error}') from None
-
-
-def _other_unit(name: str, column: str, given: Unit, read: Unit) -> list[str]:
-    """Return the doubt about a unit that the user gave where the column says another one."""
-    if not read.text or same_unit(read.text, given.text):
-        return []
-    return [f'{name}: column "{column}" is read in {given.text}, as you said, but {read.source}']
-
-
-def _check_motion(name: str, column: str, unit: str) -> None:
-    """Raise InputError for a motion in the unit of another one: the user named the wrong signal."""
-    measured = quantity_of(unit) if unit else ""
-    if name in MOTIONS and measured in MOTIONS and measured != name:
-        article = "an" if measured == "acceleration" else "a"
-        raise InputError(
-            f'column "{column}" is read in {unit}, as {article} {measured} is: it cannot be the {name}; say '
-            f"--output {measured}={column}, or correct the unit"
-        )
-    if name in MOTIONS and unit and is_force(unit):
-        raise InputError(
-            f'column "{column}" is read in {unit}, as a force is: it cannot be the {name}; say '
-            f"--input {column} if it is what drives, --output {name}={column}:UNIT if the unit is wrong"
-        )
 
 
 def _unit_question(name: str, choice: Choice, unit: Unit, option: str) -> Open:

@@ -137,9 +137,7 @@ def _joint_votes(named: dict[str, float], measured: str) -> tuple[dict[str, floa
             votes[measured] = votes.get(measured, 0.0) + UNIT_VOTE
         return votes, doubt
     if measured in ("drive", "current") and output and driven < output:
-        output_name = max(outputs, key=lambda one: outputs[one])
-        article = "an" if output_name == "acceleration" else "a"
-        return votes, f"{article} {output_name} that is read in a unit of an input"
+        return votes, ""  # of a sensor that is not calibrated
     votes = {one: vote for one, vote in votes.items() if one not in OUTPUTS or one in outputs}
     votes[measured] = votes.get(measured, 0.0) + UNIT_VOTE
     return votes, ""
