@@ -13,9 +13,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from rtctl.measured.proposal.given import find_column
+from rtctl.measured.proposal.given import find_whole
 from rtctl.measured.proposal.naming.column_names import STRONG
 from rtctl.measured.proposal.naming.column_units import read_column
+from rtctl.measured.proposal.naming.labels import with_labels
 from rtctl.measured.proposal.proposal import Answers
 from rtctl.measured.proposal.survey import Column, Survey
 from rtctl.measured.readers.groups import Place, names_within
@@ -82,7 +83,7 @@ def _signals(survey: Survey, group: str) -> set[str]:
 def _tells_time(column: Column, group: str) -> bool:
     """Return whether a column increases throughout, or is called as a time is."""
     assert column.values is not None
-    votes = read_column(replace(column, name=column.place.within(group))).votes
+    votes = read_column(replace(column, label=column.place.within(group))).votes
     return bool(np.all(np.diff(column.values) > 0.0)) or any(
         votes.get(one, 0.0) >= STRONG for one in _NO_SIGNALS
     )
@@ -103,7 +104,7 @@ def _names_one(text: str, columns: Collection[str]) -> bool:
     """Return whether a text `[NAME=]COLUMN[:UNIT]` names one of the columns."""
     words = [text, text.partition("=")[2]]
     return any(
-        find_column(one.strip(), columns) is not None
+        find_whole(one.strip(), columns) is not None
         for word in words
         for one in (word, word.rpartition(":")[0])
         if one
@@ -124,7 +125,9 @@ def _part(survey: Survey, group: str, groups: Collection[str], remarks: tuple[st
         )  # longer ones are of something else
         and not any(other.startswith((f"{name}(", f"{name}{{")) for other in groups)  # what holds the groups
     }
-    columns = {short: replace(one, name=short, place=_below(one.place, group)) for short, one in seen.items()}
+    columns = with_labels(
+        {short: replace(one, name=short, place=_below(one.place, group)) for short, one in seen.items()}
+    )
     return Survey(path=survey.path, columns=columns, remarks=remarks, group=group)
 
 

@@ -140,7 +140,7 @@ def _without_others(survey: Survey, homes: Homes) -> Survey:
     """Return a file without the times and rates of groups that are not those of the signals."""
     kept = {name: one for name, one in survey.columns.items() if is_near(one, homes)}
     if homes and not any(_increases(one, survey.rows) for one in kept.values()):
-        kept |= _shared_times(survey, homes)
+        kept |= _shared_times(survey, homes) or _with_shared_period(survey, homes)
     return replace(survey, columns=kept) if homes else survey
 
 
@@ -155,6 +155,17 @@ def _shared_times(survey: Survey, homes: Homes) -> dict[str, Column]:
     first, *rest = (times[0] for times in own)
     instants = [np.asarray(one.raw) for one in (first, *rest)]
     return {first.name: first} if all(np.array_equal(instants[0], one) for one in instants) else {}
+
+
+def _with_shared_period(survey: Survey, homes: Homes) -> dict[str, Column]:
+    """Return the columns of the signals' groups that state their period, where all groups state the same one."""
+    found = {
+        name: one
+        for name, one in survey.columns.items()
+        if one.place.groups in homes and one.period_s is not None
+    }
+    is_one = len({one.period_s for one in found.values()}) == 1
+    return found if is_one and {one.place.groups for one in found.values()} == homes else {}
 
 
 def _of_others(survey: Survey, answers: Answers, told: Time, homes: Homes) -> Time:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from rtctl.border.units.quantities import is_angle, unit_registry
 from rtctl.measured.proposal.naming.column_names import STRONG, Name, is_weight, read_name, unit_meanings
-from rtctl.measured.proposal.survey import Column
 from rtctl.measured.stated_unit import is_no_unit
 from rtctl.measured.units import check_unit, is_proportional
+
+if TYPE_CHECKING:
+    from rtctl.measured.proposal.survey import Column
 
 UNIT_VOTE = 3.0
 """Vote of a unit for the quantity that is measured in it: above a letter's, below a word's."""
@@ -45,7 +47,7 @@ class Reading(NamedTuple):
 
 def read_column(column: Column) -> Reading:
     """Return the votes and the unit of a column, by its name and by what its file states."""
-    name = read_name(column.name)
+    name = read_name(column.label or column.name)
     unit = _unit(column, name)
     if not unit.text:
         return Reading(name.votes, unit)
@@ -96,7 +98,7 @@ def _unit(column: Column, name: Name) -> Unit:
     found = _chosen(unit_meanings(text), wanted)
     if not found:
         return Unit("", "", f"{source}, which is no known unit")
-    if found == "g_0" and is_weight(column.name):
+    if found == "g_0" and is_weight(column.label or column.name):
         return Unit("", "", f"{source}, which may be grams, gram-force or gravity")
     return Unit(found, source, _two_meanings(text, found))
 
