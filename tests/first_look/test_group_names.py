@@ -1,4 +1,4 @@
-"""The name of a group decides no column's role before the column's own name and unit do, in every format with groups."""
+"""The name of a group decides no column's role before the column's own name and unit do, in all formats."""
 
 from __future__ import annotations
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -226,10 +227,18 @@ def _read(partial: Path, path: Path, proposal: Proposal) -> Dataset:
     except InputError as error:
         names = list(dict.fromkeys(str(one.file) for one in proposal.records))
         source = names[0] if len(names) == 1 else f"{names[0]} and {len(names) - 1} more"
-        lines = str(error).replace(str(partial), source)
+        lines = "\n".join(dict.fromkeys(
+            _without_record(line) if len(names) == 1 else line
+            for line in str(error).replace(str(partial), source).splitlines()
+        ))  # fmt: skip
         raise InputError(
             f"{lines}\nno manifest is written; correct the files, or say more by options"
         ) from None
+
+
+def _without_record(line: str) -> str:
+    """Return a finding of reading without the place of its record: all records of a file have the same columns."""
+    return re.sub(r'^(.*?: )records\.\d+ "[^"]*": ', r"\1", line)
 
 
 def _texts(values: str | Sequence[str] | Mapping[str, str]) -> tuple[str, ...]:
