@@ -128,7 +128,7 @@ def _part(survey: Survey, group: str, groups: Collection[str], remarks: tuple[st
     columns = with_labels(
         {short: replace(one, name=short, place=_below(one.place, group)) for short, one in seen.items()}
     )
-    return Survey(path=survey.path, columns=columns, remarks=remarks, group=group)
+    return Survey(path=survey.path, columns=columns, remarks=remarks, texts=survey.texts, group=group)
 
 
 def _below(place: Place, group: str) -> Place:

@@ -14,12 +14,12 @@ from rtctl.border.errors import InputError, nearest
 from rtctl.measured.manifest.signal_kinds import measured_kinds
 from rtctl.measured.proposal.candidates import is_count
 from rtctl.measured.proposal.given import NONE, find_column
+from rtctl.measured.proposal.holds import HOLDS
 from rtctl.measured.proposal.instants.time_base import homes_of, is_near, time_candidates
 from rtctl.measured.proposal.naming.column_units import MOTIONS, given_unit, quantity_of, read_column
 from rtctl.measured.proposal.own_equations.signals import read_model_signals
 from rtctl.measured.proposal.parts import LAST_THIRD, NO_TEST
 from rtctl.measured.proposal.proposal import Answers, Proposal
-from rtctl.measured.proposal.propose import HOLDS
 from rtctl.measured.proposal.survey import Column, Survey
 from rtctl.measured.units import check_unit
 

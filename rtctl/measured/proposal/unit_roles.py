@@ -9,7 +9,7 @@ import shlex
 from collections.abc import Mapping, Sequence
 
 from rtctl.border.errors import InputError
-from rtctl.measured.proposal.naming.column_units import MOTIONS, Unit, is_force, quantity_of
+from rtctl.measured.proposal.naming.column_units import MOTIONS, Unit, as_written, is_force, quantity_of
 from rtctl.measured.proposal.proposal import SignalGuess
 from rtctl.measured.units import same_unit
 
@@ -23,13 +23,14 @@ def check_motion(name: str, column: str, unit: str) -> None:
     measured = quantity_of(unit) if unit else ""
     if name in MOTIONS and measured in MOTIONS and measured != name:
         raise InputError(
-            f'column "{column}" is read in {unit}, as {_with_article(measured)} is: it cannot be the {name}; say '
-            f"--output {measured}={column}, or correct the unit"
+            f'column "{column}" is read in {as_written(unit)}, as {_with_article(measured)} is: it cannot '
+            f"be the {name}; say --output {shlex.quote(f'{measured}={column}')}, or correct the unit"
         )
     if name in MOTIONS and unit and is_force(unit):
+        corrected = shlex.quote(f"{name}={column}:UNIT")
         raise InputError(
             f'column "{column}" is read in {unit}, as a force is: it cannot be the {name}; say '
-            f"--input {column} if it is what drives, --output {name}={column}:UNIT if the unit is wrong"
+            f"--input {shlex.quote(column)} if it is what drives, --output {corrected} if the unit is wrong"
         )
 
 
@@ -85,7 +86,7 @@ def _other_unit(signal: SignalGuess, read: Unit) -> list[str]:
     if not read.text or same_unit(read.text, signal.unit):
         return []
     return [
-        f'{signal.name}: column "{signal.column}" is read in {signal.unit}, as you said, but {read.source}'
+        f'{signal.name}: column "{signal.column}" is read in {as_written(signal.unit)}, as you said, but {read.source}'
     ]
 
 

@@ -93,7 +93,7 @@ def find_time(surveys: Sequence[Survey], answers: Answers, homes: Homes = frozen
 
 
 def _check_near(surveys: Sequence[Survey], rate_hz: float, option: str, homes: Homes) -> None:
-    """Raise InputError where the files state another rate than an option gives for the signals in the groups `homes`."""
+    """Raise InputError where the files state another rate for the groups `homes` than an option gives."""
     for survey in surveys:
         if homes or not any(one.place.groups for one in survey.columns.values()):
             check_stated(_without_others(survey, homes), rate_hz, option)

@@ -62,6 +62,11 @@ def given_unit(text: str, quantity: str) -> Unit:
     return Unit(found, "given")
 
 
+def as_written(unit: str) -> str:
+    """Return a unit as people write it: standard gravity as g."""
+    return "g" if unit == "g_0" else unit
+
+
 @cache
 def quantity_of(unit: str) -> str:
     """Return the quantity that is measured in a readable unit; "" where none that is known here is."""

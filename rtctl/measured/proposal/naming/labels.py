@@ -1,6 +1,7 @@
 """What a column in a group is called: its own name, and the group's only where its own says nothing.
 
-In a group `shaker run` of `force` and `acc`, both names tell; in groups `force` and `acc` of one `data` each, the groups do.
+In a group `shaker run` of `force` and `acc` these names tell; in groups `force` and `acc` of one `data` each,
+the groups do.
 """
 
 from __future__ import annotations
