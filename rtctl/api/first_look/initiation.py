@@ -216,7 +216,8 @@ def write_proposal(proposal: Proposal, folder: Path, *, plot: bool = True) -> In
 
 def _short(signal: SignalGuess) -> str:
     """Return who states a unit, as a cell of a table."""
-    source = signal.unit_source.replace("its name has ", "name: ").replace("the file states ", "file: ")
+    source = signal.unit_source.partition(", taken as ")[0]
+    source = source.replace("its name has ", "name: ").replace("the file states ", "file: ")
     held = absolute_unit(signal.unit).unit
     return source if held == signal.unit else f"{source}, moved to {held}"
 

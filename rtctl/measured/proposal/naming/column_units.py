@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 UNIT_VOTE = 3.0
 """Vote of a unit for the quantity that is measured in it: above a letter's, below a word's."""
+AS_GRAVITY = "taken as standard gravity, 9.80665 m/s^2"
 MOTIONS = ("displacement", "velocity", "acceleration")
 OUTPUTS = (*MOTIONS, "deflection", "response", "resistance")
 _MEASURE = {
@@ -119,7 +120,7 @@ def _chosen(found: Sequence[str], quantity: str) -> str:
 
 
 def _two_meanings(stated: str, taken: str) -> str:
-    return f'"{stated}" is taken as standard gravity, 9.80665 m/s^2' if taken == "g_0" else ""
+    return f'"{stated}" is {AS_GRAVITY}' if taken == "g_0" else ""
 
 
 def _joint_votes(named: dict[str, float], measured: str) -> tuple[dict[str, float], str]:
