@@ -39,7 +39,7 @@ def check_stated(survey: Survey, rate_hz: float, option: str) -> None:
     if stated and not any(one.agrees(rate_hz) for one in stated):
         raise InputError(
             f"{option}: {survey.path} states {in_hz(1.0 / stated[0].period_s)} Hz "
-            f"({stated[0].source}); correct the option, or the file"
+            f"({stated[0].source}); correct one, the option or the file"
         )
 
 
