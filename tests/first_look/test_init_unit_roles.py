@@ -20,7 +20,7 @@ M = motion(600)
         ("t [s],DA [V],Gauge [mm]\n", "Gauge [mm]", "displacement=DA [V]", "--input 'DA [V]'"),
         ("t [s],Current/A,Velocity/mm/s\n", "Velocity/mm/s", "velocity=Current/A:mm/s", "--input Current/A"),
         ("t [s],p [kPa],angle [deg]\n", "angle [deg]", "displacement=p [kPa]", "displacement=angle [deg]"),
-        ("t [s],ch1,ch2\n", "ch2:um", "displacement=ch1:V", "--output displacement=ch2"),
+        ("t [s],ch1,ch2\n", "ch2:um", "displacement=ch1:V", "--input ch1:V --output displacement=ch2:um"),
     ],
 )
 def test_swapped_columns_are_refused_with_the_options_that_swap_them_back(
@@ -31,8 +31,6 @@ def test_swapped_columns_are_refused_with_the_options_that_swap_them_back(
         rtctl.init(path, inputs=inputs, outputs=output, plot=False)
     assert remedy in str(refused.value)
     assert list(tmp_path.iterdir()) == [path]
-    if ":" in inputs:  # without a unit in the file, the remedy needs one more
-        return
     words = shlex.split(str(refused.value).partition("; say ")[2].partition(". Where")[0])
     found = rtctl.init(path, inputs=words[1], outputs=words[3], plot=False)
     assert not [one for one in found.unsure if "swapped" in one or "uncalibrated" in one]

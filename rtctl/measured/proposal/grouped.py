@@ -30,12 +30,13 @@ def by_groups(surveys: Sequence[Survey], answers: Answers) -> tuple[Survey, ...]
     """Return the surveys with one for each record in the place of a file that holds several.
 
     A file of which the options name columns by their whole path (`rec(2).x`) stays one: the user means these columns.
+    Columns have their labels then.
     """
     found: list[Survey] = []
     for survey in surveys:
         groups = record_groups(survey)
         if not groups or _are_named(survey, groups, answers):
-            found.append(survey)
+            found.append(replace(survey, columns=with_labels(survey.columns)))
         else:
             found += [
                 _part(survey, group, groups, survey.remarks if k == 0 else ())

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
 from rtctl.measured.columns.conversion import TableCache, numbers
-from rtctl.measured.proposal.naming.labels import with_labels
 from rtctl.measured.readers import READERS, suffix_of
 from rtctl.measured.readers.groups import TOP, Place
 from rtctl.measured.readers.stated.preamble import NOTHING, Preamble
@@ -121,7 +120,7 @@ def _survey(path: Path) -> Survey:
         raise ValueError(f"is a folder; name its data files{_files_in(path)}")
     cache = TableCache([path])
     table = cache.table(path)
-    columns = with_labels({name: _column(cache, path, table, name) for name in table.columns})
+    columns = {name: _column(cache, path, table, name) for name in table.columns}
     survey = Survey(
         path=path,
         columns=columns,

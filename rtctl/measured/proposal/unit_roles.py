@@ -49,11 +49,15 @@ def check_swapped(signals: Sequence[SignalGuess], read: Mapping[str, Unit]) -> N
     if drive is None or response is None:
         return
     motion, unit = _measures(units, drive), units[response.name]
+    drives, moves = (
+        shlex.quote(f"{name}{one.column}{'' if read[one.name].text else f':{one.unit}'}")
+        for name, one in (("", response), (f"{motion}=", drive))
+    )
     raise InputError(
         f'drive and response are swapped: the {drive.name} is column "{drive.column}" in {units[drive.name]}, as '
         f'{_with_article(motion)} is, and the {response.name} is column "{response.column}" in {unit}, as a drive '
-        f"is; say --input {shlex.quote(response.column)} --output {shlex.quote(f'{motion}={drive.column}')}. Where a "
-        f"sensor does give its reading in {unit}, say its scale: --scale '{response.name}=NUMBER "
+        f"is; say --input {drives} --output {moves}. Where a sensor "
+        f"does give its reading in {unit}, say its scale: --scale '{response.name}=NUMBER "
         f"{_example_unit(response.name)}/{unit}'"
     )
 

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from rtctl.border.units.quantities import is_angle, unit_registry
 from rtctl.measured.proposal.naming.column_names import STRONG, Name, is_weight, read_name, unit_meanings
+from rtctl.measured.proposal.survey import Column
 from rtctl.measured.stated_unit import is_no_unit
 from rtctl.measured.units import check_unit, is_proportional
-
-if TYPE_CHECKING:
-    from rtctl.measured.proposal.survey import Column
 
 UNIT_VOTE = 3.0
 """Vote of a unit for the quantity that is measured in it: above a letter's, below a word's."""

@@ -8,13 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from rtctl.measured.proposal.naming.column_names import read_name
 from rtctl.measured.proposal.naming.column_units import MOTIONS, quantity_of, read_column
-
-if TYPE_CHECKING:
-    from rtctl.measured.proposal.survey import Column
+from rtctl.measured.proposal.survey import Column
 
 
 def with_labels(columns: Mapping[str, Column]) -> dict[str, Column]:
