@@ -10,6 +10,7 @@ from rtctl.measured.proposal.proposal import Answers, Proposal
 from rtctl.measured.proposal.propose import propose
 from rtctl.measured.proposal.questions import Question, next_question
 from rtctl.measured.proposal.survey import Survey
+from rtctl.measured.proposal.taken_guesses import with_reasons
 
 Ask = Callable[[str], str]
 MOST_SHOWN = 12
@@ -23,22 +24,29 @@ def is_terminal() -> bool:
 
 def ask_all(surveys: Sequence[Survey], answers: Answers, ask: Ask = input) -> Proposal:
     """Ask what the options did not say, and return the proposal that follows. Raises InputError."""
-    asked = _said(answers)
+    asked = _said(answers, propose(surveys, answers))
+    reasons: dict[str, str] = {}
     print("Enter takes the guess in brackets; Ctrl-C ends without writing anything.")
     while True:
         proposal = propose(surveys, answers)
         question = next_question(proposal, surveys, asked)
         if question is None:
-            return proposal
-        answers = _ask(question, answers, surveys, ask)
+            return with_reasons(proposal, reasons)
+        answers, taken = _ask(question, answers, surveys, ask)
+        if taken and question.why:
+            reasons[question.key] = question.why
         asked.append(question.key)
 
 
-def _ask(question: Question, answers: Answers, surveys: Sequence[Survey], ask: Ask) -> Answers:
-    """Ask until the answer can be used, with the answers so far."""
+def _ask(question: Question, answers: Answers, surveys: Sequence[Survey], ask: Ask) -> tuple[Answers, bool]:
+    """Ask until the answer can be used; return the answers with it, and whether it is the guess, by Enter."""
+    for line in question.details:
+        print(f"  {line}")
     listed = ", ".join(question.choices[:MOST_SHOWN])
     if listed and len(question.choices) > 1:
         print(f"  ({listed}{', ...' if len(question.choices) > MOST_SHOWN else ''})")
+    if question.default and question.why:
+        print(f"  guess: {question.default} ({question.why})")
     prompt = f"{question.text} [{question.default}] " if question.default else f"{question.text} "
     while True:
         try:
@@ -51,16 +59,21 @@ def _ask(question: Question, answers: Answers, surveys: Sequence[Survey], ask: A
         except InputError as error:
             print(f"  {error}")
             continue
-        return answered
+        return answered, not text.strip()
 
 
-def _said(answers: Answers) -> list[str]:
-    """Return the keys of what the options say already."""
+def _said(answers: Answers, proposal: Proposal) -> list[str]:
+    """Return the keys of what the options say already, with `proposal` what follows from them alone."""
+    inputs = [one for one in proposal.signals if one.role == "input"]
+    signals = {one.name: one.certain for one in proposal.signals}
+    units = {f"unit.{one.name}": one.unit_source == "given" for one in proposal.signals}
+    holds = {f"hold.{one.name}": answers.hold is not None for one in inputs}
     known = {
         "plant": answers.plant is not None,
         "time": answers.time is not None or answers.sample_rate_hz is not None,
         "time_unit": answers.time is not None and ":" in answers.time,
         "sample_rate_hz": answers.sample_rate_hz is not None,
         "test": answers.test is not None,
-    }
+        **signals, **units, **holds,
+    }  # fmt: skip
     return [key for key, told in known.items() if told]

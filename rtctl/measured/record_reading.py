@@ -223,12 +223,13 @@ def stated_period(reading: Reading, entry: RecordTable) -> float:
         ValueError: Neither states one, or they state different ones.
     """
     path, rate = reading.folder / entry.file, entry.sample_rate_hz
+    other = ""
     for column in reading.present(entry).values():
         stated = reading.cache.period_s(path, column)
         if rate is None and stated is not None:
-            rate = 1.0 / stated.period_s
+            rate, other = 1.0 / stated.period_s, f'column "{column}"'
         elif rate is not None:
-            check_stated_period(stated, column, rate, in_manifest=entry.sample_rate_hz is not None)
+            check_stated_period(stated, column, rate, other)
     if rate is None:
         doubt = reading.cache.table(path).preamble.doubt
         raise ValueError(
@@ -331,9 +332,10 @@ def _on_time_base(
     first = entry.first_row
     if not entry.resample:
         period_s = uniform_period(time.time_s, name, first, time.resolution_s)
+        axis = f'time column "{name}"{f" in {entry.time_unit}" if entry.time_unit else ""}'
         for column in reading.present(entry).values():
             stated = reading.cache.period_s(reading.folder / entry.file, column)
-            check_stated_period(stated, column, 1.0 / period_s, in_manifest=False)
+            check_stated_period(stated, column, 1.0 / period_s, axis)
         return period_s, signals
     grid = resampling_grid(time.time_s, name, first)
     tables = reading.manifest.signals

@@ -35,7 +35,7 @@ SIGNAL_HEADERS = (
     "last",
     "least",
     "largest",
-    "strongest line",
+    "spectrum largest at",
 )
 RECORD_HEADERS = ("record", "use", "file", "rows", "from row", "rate", "duration", "gaps or sweep")
 

@@ -51,7 +51,7 @@ def preview_figure(dataset: Dataset, summary: Summary) -> Figure:
     names = sorted(dataset.units, key=lambda name: name not in dataset.holds)
     with house_style():
         figure = new_figure(15.0, 1.3 + 2.35 * len(names))
-        headline(figure, f"{summary.name}: {_in_words(dataset)}", _detail(summary))
+        headline(figure, f"{summary.name}: {_in_words(dataset)}", _detail(summary, placed))
         axes = figure.subplots(len(names), 3, sharex="col", squeeze=False, width_ratios=(1.0, 1.45, 1.0))
         window = _window(dataset)
         for row, name in zip(axes, names, strict=True):
@@ -76,12 +76,31 @@ def _in_words(dataset: Dataset) -> str:
     return f"{count} record{'s' if count != 1 else ''} of {kind}, {seconds:.4g} s"
 
 
-def _detail(summary: Summary) -> str:
+def _detail(summary: Summary, placed: Sequence[Placed]) -> str:
     rates = {f"{one.rate_hz:.6g}" for one in summary.records}
-    uses = [f"{sum(one.use == use for one in summary.records)} {use}" for use in COLORS
-            if any(one.use == use for one in summary.records)]  # fmt: skip
     rate = f"{rates.pop()} Hz" if len(rates) == 1 else f"{len(rates)} sample rates"
-    return f"{rate}; {', '.join(uses)}" + ("" if not summary.notes else f"; {len(summary.notes)} remarks")
+    return "; ".join(
+        [rate, *_durations(placed), *([f"{len(summary.notes)} remarks"] if summary.notes else [])]
+    )
+
+
+def _durations(placed: Sequence[Placed]) -> list[str]:
+    """Return how long the records of each use are, and how much of that is in two of them or is not scored."""
+    found = []
+    for use in COLORS:
+        records = [one.record for one in placed if one.record.use == use]
+        if records:
+            several = f"{len(records)} record{'s' if len(records) > 1 else ''}"
+            found.append(f"{use} {sum(one.samples * one.period_s for one in records):.4g} s in {several}")
+    shared_s = sum(one.first * one.record.period_s for one in placed)
+    unscored_s = sum(one.record.ignore_first * one.record.period_s for one in placed)
+    if shared_s > 0.0:
+        found.append(
+            f"{shared_s:.4g} s of the file are in two records, and only start the motion of the later one"
+        )
+    elif unscored_s > 0.0:
+        found.append(f"{unscored_s:.4g} s at the beginnings only start the motion")
+    return found
 
 
 def _placed(records: Sequence[Record], rows: Sequence[RecordSummary]) -> list[Placed]:
@@ -150,13 +169,16 @@ def _draw_spectrum(axes: Axes, dataset: Dataset, name: str, summary: Summary) ->
     if not drawn:
         note(axes, "nothing varies, or too few samples: there is no spectrum")
         return
-    axes.set(xscale="log", yscale="log", ylabel=f"[{printed_unit(dataset.units[name])}/√Hz]")
+    axes.set(
+        xscale="log", yscale="log", ylabel=f"amplitude density [{printed_unit(dataset.units[name])}/√Hz]"
+    )
     heights = np.concatenate([np.asarray(line.get_ydata(), np.float64) for line in axes.lines])
     axes.set_ylim(max(float(heights[heights > 0.0].min()), 10.0**-DECADES * float(heights.max())) / 1.5)
     line_hz = {one.name: one.strongest_hz for one in summary.signals}[name]
     if line_hz is not None:
         axes.axvline(line_hz, color=RAIL, linewidth=1.0, zorder=0.5)
-        axes.set_title(f"strongest line {line_hz:.4g} Hz", loc="right", fontsize=9.0)
+        also = "" if name in dataset.holds else ", where the drive counts too"
+        axes.set_title(f"largest at {line_hz:.4g} Hz{also}", loc="right", fontsize=9.0)
 
 
 def _with_spectra(records: Sequence[Record], name: str) -> list[Record]:

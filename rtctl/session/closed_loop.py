@@ -22,8 +22,8 @@ from rtctl.plant_control.support import Control, Tuning
 from rtctl.scenario.command_sequence import check_length, check_one_period, command_sequences
 from rtctl.scenario.further_references import course
 from rtctl.scenario.schema import Scenario
-from rtctl.session.injected_faults import noted_faults
 from rtctl.session.live.change_rules import ChangeRules
+from rtctl.session.live.injected_faults import noted_faults
 from rtctl.session.loop_setup import (
     ControlChain,
     build_parts,

@@ -11,7 +11,7 @@ from rtctl.estimators.none import NoEstimator
 from rtctl.loop.live_parameters import ParameterChannel
 from rtctl.loop.supervisor import LoopOutcome, signal_columns
 from rtctl.scenario.schema import Scenario
-from rtctl.session.injected_faults import noted_faults
+from rtctl.session.live.injected_faults import noted_faults
 from rtctl.session.loop_setup import (
     ControlChain,
     build_parts,

@@ -23,7 +23,7 @@ from rtctl.loop.step import Levels, Step, upcoming_setpoints
 from rtctl.plant_control.lookup import support_of
 from rtctl.scenario.schema import Scenario, checked_scenario
 from rtctl.session.closed_loop import planned_step
-from rtctl.session.injected_faults import INJECTED
+from rtctl.session.live.injected_faults import INJECTED
 from rtctl.session.run_folder import EVENTS, MODEL, is_interrupted, rows_left_by, scenario_tables
 
 ESTIMATE_COLUMNS = 4

@@ -194,7 +194,7 @@ RATES = (
     Situation("a rate and an interval that contradict each other, which the user settles", above("fs = 2000 Hz\ndt = 1 ms"), Right(remark="contradict each other"), {"sample_rate_hz": 1000.0}),
     Situation("a rate that the time column contradicts, above it", text("# fs = 1500 Hz\n" + PLAIN), refused("r.csv", "line 1", "1500 Hz", "1000 Hz", "correct one")),
     Situation("a rate of the device, of which the file has every tenth sample", text("# fs = 10 kHz\n" + PLAIN), Right(remark="one of 10 of those samples")),
-    Situation("a rate that a wrong unit makes 1000 times as large", text("# fs = 1000 kHz\n" + PLAIN), refused("r.csv", "line 1", "1e+06 Hz", "1000 Hz")),
+    Situation("a rate that a wrong unit makes 1000 times as large", text("# fs = 1000 kHz\n" + PLAIN), refused("r.csv", "line 1", "1000000 Hz", "1000 Hz")),
     Situation("an interval that is rounded, and a time column", text("# dt = 0.49 ms\n" + HEAD + table(K / 2048.0, U, X, form="{:.9f}")), Right(rate_hz=2048.0)),
     Situation("a rate that tells the unit of a time column", text("# fs = 1000 Hz\ntime,u [V],x [mm]\n" + table(1e3 * T, U, X)), RIGHT),
     Situation("a rate that is not the user's", above("# fs = 1000 Hz"), refused("r.csv", "line 1", "1000 Hz", "700", "correct one"), {"sample_rate_hz": 700.0}),

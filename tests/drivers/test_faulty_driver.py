@@ -17,7 +17,7 @@ from rtctl.cli import main
 from rtctl.live_page.shown.event_log import EventLog
 from rtctl.loop.events import Events, read_events
 from rtctl.scenario.schema import load_scenario
-from rtctl.session.injected_faults import InjectedFaults
+from rtctl.session.live.injected_faults import InjectedFaults
 from rtctl.wiring import build_driver, load_plant
 
 SCENARIO = """

@@ -162,3 +162,64 @@ def test_a_column_in_g_is_not_offered_as_a_displacement(tmp_path: Path) -> None:
     guess = found.proposal.signal("acceleration")
     assert guess is not None
     assert (guess.column, guess.unit) == ("acc2 [g]", "g_0")
+
+
+def test_questions_show_where_a_guess_comes_from_and_what_the_hold_means(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    head = "# fs = 1000 Hz\n# D/A output is a zero-order hold\nDA [V],acc [g]\n"
+    prompts, found = asked(write_text(tmp_path / "r.txt", head, M.u, M.a / 9806.65), [])
+    shown = capsys.readouterr().out
+    for words in (
+        "guess: DA [V] (by its unit)",
+        'guess: V (its name has "V" in brackets)',
+        'guess: g (its name has "g" in brackets, taken as standard gravity, 9.80665 m/s^2)',
+        'guess: zero (by line 2 "# D/A output is a zero-order hold")',
+        "half a sample",
+        "anti-aliasing filter",
+        'guess: 1000 (line 1 "# fs = 1000 Hz" of the file)',
+    ):
+        assert words in shown, shown
+    assert not [one for one in prompts if "g_0" in one]
+    text = found.path.read_text()
+    assert "you said so" not in text
+    assert "given" not in text
+    assert found.dataset.holds == {"drive": "zero"}
+
+
+def test_a_guess_that_is_taken_keeps_its_reason_and_an_answer_says_whose_it_is(tmp_path: Path) -> None:
+    path = write_text(tmp_path / "r.csv", "Time/s,u,x [mm]\n", M.t, M.u, M.x)
+    # plant, drive, its unit, hold, displacement, its unit, time
+    _, found = asked(path, ["", "", "V", "zero", "x [mm]", "", "", ""])
+    text = found.path.read_text()
+    for line in (
+        'column = "u"  # by its name',
+        'unit = "V"  # given',
+        'hold = "zero"  # you said so',
+        'column = "x [mm]"  # you said so',
+        'unit = "mm"  # its name has "mm" in brackets',
+        'time = "Time/s"  # it increases, and its name says so; its name has "s" after a slash',
+    ):
+        assert line in text, text
+
+
+def test_signals_and_hold_that_options_say_are_not_asked(tmp_path: Path) -> None:
+    path = write_text(tmp_path / "r.csv", "t [s],u [V],x [mm]\n", M.t, M.u, M.x)
+    said = Answers(inputs=("u:V",), outputs=("displacement=x",), hold="zero", time="t:s", test="none")
+    prompts, found = asked(path, [], said)
+    assert [one.partition("?")[0] for one in prompts] == [
+        "What was measured (equations: a model of your own)",
+        'In which unit is "x [mm]"',
+    ]
+    assert 'hold = "zero"  # you said so' in found.path.read_text()
+
+
+def test_without_a_terminal_the_guesses_are_taken_and_that_is_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from rtctl.cli import main
+
+    path = write_text(tmp_path / "r.csv", "t [s],u [V],x [mm]\n", M.t, M.u, M.x)
+    for words, told in (([], True), (["--yes"], False), (["--quiet"], False), (["--json"], False)):
+        assert main(["init", str(path), "--no-plot", "--force", *words]) == 0
+        assert ("nothing is asked" in capsys.readouterr().err) == told

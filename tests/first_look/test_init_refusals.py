@@ -228,3 +228,43 @@ def test_an_example_has_two_columns_where_there_are_three(
 ) -> None:
     said = refusal(capsys, table(tmp_path, "t [s],ch1 [V],ch2 [V],ch3 [V]\n", M.t, M.u, M.x, M.v))
     assert "--input 'ch1 [V]' --output 'displacement=ch2 [V]'" in said
+
+
+@pytest.mark.parametrize(
+    ("head", "option", "words"),
+    [
+        (
+            "# sample rate 1 kHz\nu [V],x [mm]\n",
+            ("--sample-rate", "2000"),
+            ["--sample-rate 2000: ", "1000 Hz (by line 1"],
+        ),
+        (
+            "# fs = 1000 Hz\nTime/s,u [V],x [mm]\n",
+            ("--time", "Time/s:ms"),
+            ["--time Time/s:ms, which gives 1000000 Hz: ", "1000 Hz (by line 1"],
+        ),
+    ],
+)
+def test_a_rate_that_the_file_contradicts_is_refused_once_and_by_its_option(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], head: str, option: tuple[str, str], words: list[str]
+) -> None:
+    columns = (M.t, M.u, M.x) if "Time" in head else (M.u, M.x)
+    said = refusal(capsys, table(tmp_path, head, *columns), *option)
+    assert [word for word in words if word not in said] == []
+    assert said.count("1000 Hz") == 1 + ("fs" in head)  # the line itself
+    assert "manifest" not in said
+
+
+def test_a_rate_of_one_of_several_samples_is_no_contradiction(tmp_path: Path) -> None:
+    path = table(tmp_path, "# sample rate: 10 kHz\nu [V],x [mm]\n", M.u, M.x)
+    assert rtctl.init(path, sample_rate_hz=1000.0, plot=False).dataset.records[0].period_s == 1e-3
+
+
+def test_a_finding_about_every_record_is_printed_once(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    x = M.x.copy()
+    x[5], x[-5] = 9.9e37, 9.9e37
+    said = refusal(capsys, table(tmp_path, "t [s],u [V],x [mm]\n", M.t, M.u, x))
+    assert len(set(said.splitlines())) == len(said.splitlines())
+    assert "records.0" not in said

@@ -70,7 +70,7 @@ def test_the_picture_has_a_row_for_each_signal_in_its_unit(manifest: Path, tmp_p
     labels = [axes.get_ylabel() for axes in shown.plot().axes]
     rows = ["drive [V]", "displacement [mm]"]
     assert [label for label in labels if label in rows] == rows
-    assert labels.count("[V/√Hz]") == labels.count("[mm/√Hz]") == 1
+    assert labels.count("amplitude density [V/√Hz]") == labels.count("amplitude density [mm/√Hz]") == 1
     assert shown.save(tmp_path / "look.png") == tmp_path / "look.png"
     assert np.asarray(Image.open(tmp_path / "look.png")).std() > 10.0
 
@@ -160,3 +160,33 @@ def test_the_strongest_record_is_in_the_spectra_beside_the_longest(tmp_path: Pat
     )
     spectrum = rtctl.preview(dataset).plot().axes[2]
     assert [len(line.get_xdata()) > 3 for line in spectrum.lines] == [True, True]
+
+
+def words_of(shown: rtctl.Preview) -> str:
+    from matplotlib.text import Text
+
+    return " | ".join(str(one.get_text()) for one in shown.plot().findobj(Text))
+
+
+def test_the_picture_tells_that_two_records_overlap(tmp_path: Path) -> None:
+    path = write_text(tmp_path / "r.csv", "t [s],u [V],x [mm]\n", M.t, M.u, M.x)
+    shown = rtctl.init(path, plot=False).summary
+    words = words_of(shown)
+    assert "2 records of an oscillator, 6 s" in words
+    assert "fit 4 s in 1 record; test 4 s in 1 record; 2 s of the file are in two records" in words
+
+
+def test_records_that_share_nothing_are_not_said_to(manifest: Path) -> None:
+    assert "in two records" not in words_of(rtctl.preview(manifest))
+    manifest.write_text(MANIFEST + "ignore_first = 500\n")
+    assert "0.5 s at the beginnings only start the motion" in words_of(rtctl.preview(manifest))
+
+
+def test_the_largest_place_of_a_response_is_not_given_as_a_natural_frequency(
+    manifest: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = words_of(rtctl.preview(manifest))
+    assert re.search(r"largest at 1[45]\.\d+ Hz, where the drive counts too", words)
+    assert "strongest line" not in words
+    assert main(["preview", str(manifest)]) == 0
+    assert "spectrum largest" in re.sub(r"\s+", " ", capsys.readouterr().out)

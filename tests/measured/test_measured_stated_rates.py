@@ -136,7 +136,7 @@ def test_of_two_lines_that_agree_the_one_with_more_digits_counts_and_others_are_
 
 
 def test_a_rounded_period_is_held_against_others_within_its_last_digit() -> None:
-    stated = StatedPeriod(4.9e-4, "period by line 1", 0.01)
+    stated = StatedPeriod(4.9e-4, "by line 1", 0.01)
     check_stated_period(stated, "x", 2048.0)
     with pytest.raises(ValueError, match="correct one"):
         check_stated_period(stated._replace(rounding=0.0), "x", 2048.0)
@@ -150,7 +150,7 @@ def test_the_line_is_counted_as_an_editor_does(tmp_path: Path, end: str) -> None
     path.write_bytes(f"# bench\n\n  \n# fs: 2000 Hz\na [V],b [mm]\n{ROWS}".replace("\n", end).encode())
     stated = TableCache().period_s(path, "a [V]")
     assert stated is not None
-    assert stated.key == 'period by line 4 "# fs: 2000 Hz"'
+    assert stated.key == 'by line 4 "# fs: 2000 Hz"'
 
 
 @pytest.mark.parametrize(
@@ -195,8 +195,8 @@ def test_a_line_of_very_many_cells_is_looked_at_where_it_begins() -> None:
 def test_attributes_know_the_same_words(tmp_path: Path) -> None:
     with h5py.File(tmp_path / "r.h5", "w") as file:
         file.attrs["Abtastintervall"] = "0,5 ms"
-        assert stated_period(dict(file.attrs)) == (pytest.approx(5e-4), 'period by "Abtastintervall"')
-    assert stated_period({"fs_mHz": 500.0}) == (2.0, 'period by "fs_mHz"')
+        assert stated_period(dict(file.attrs)) == (pytest.approx(5e-4), 'by "Abtastintervall"')
+    assert stated_period({"fs_mHz": 500.0}) == (2.0, 'by "fs_mHz"')
     assert stated_period({"timestep": 120}) is None
     assert stated_period({"rate": 5.0}) is None
 

@@ -302,7 +302,7 @@ def test_the_rate_of_a_file_needs_no_word_in_the_manifest(
     if agrees:
         assert read_dataset(path).records[0].period_s == pytest.approx(5e-4)
         return
-    with pytest.raises(InputError, match="another column goes on at 2000 Hz"):
+    with pytest.raises(InputError, match='column "drive" goes on at 2000 Hz'):
         open_dataset(path)
 
 
@@ -321,6 +321,6 @@ def test_a_time_column_is_held_against_the_rate_that_the_file_states(
     columns = {"t": 0.002 * K, "drive": K.astype(float), "x_tip": K.astype(float)}
     write_tdms(tmp_path / "r00.tdms", columns, {"drive": {"wf_increment": 1e-3}})
     with pytest.raises(
-        InputError, match=r'the file states 1000 Hz for column "drive".*another column goes on at 500 Hz'
+        InputError, match=r'the file states 1000 Hz for column "drive".*time column "t" goes on at 500 Hz'
     ):
         read_dataset(oscillator(TDMS, (RATE, 'time = "t"')))

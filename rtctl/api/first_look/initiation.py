@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -215,7 +216,8 @@ def write_proposal(proposal: Proposal, folder: Path, *, plot: bool = True) -> In
 
 def _short(signal: SignalGuess) -> str:
     """Return who states a unit, as a cell of a table."""
-    source = signal.unit_source.replace("its name has ", "name: ").replace("the file states ", "file: ")
+    source = signal.unit_source.partition(", taken as ")[0]
+    source = source.replace("its name has ", "name: ").replace("the file states ", "file: ")
     held = absolute_unit(signal.unit).unit
     return source if held == signal.unit else f"{source}, moved to {held}"
 
@@ -226,10 +228,18 @@ def _read(partial: Path, path: Path, proposal: Proposal) -> Dataset:
     except InputError as error:
         names = list(dict.fromkeys(str(one.file) for one in proposal.records))
         source = names[0] if len(names) == 1 else f"{names[0]} and {len(names) - 1} more"
-        lines = str(error).replace(str(partial), source)
+        lines = "\n".join(dict.fromkeys(
+            _without_record(line) if len(names) == 1 else line
+            for line in str(error).replace(str(partial), source).splitlines()
+        ))  # fmt: skip
         raise InputError(
             f"{lines}\nno manifest is written; correct the files, or say more by options"
         ) from None
+
+
+def _without_record(line: str) -> str:
+    """Return a finding of reading without the place of its record: all records of a file have the same columns."""
+    return re.sub(r'^(.*?: )records\.\d+ "[^"]*": ', r"\1", line)
 
 
 def _texts(values: str | Sequence[str] | Mapping[str, str]) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ from rtctl.border.errors import InputError
 from rtctl.loop.events import Event, read_events
 from rtctl.output.readable_units import printed_unit
 from rtctl.scenario.schema import Scenario
-from rtctl.session.injected_faults import INJECTED
+from rtctl.session.live.injected_faults import INJECTED
 from rtctl.session.run_files import marks_of
 from rtctl.session.run_folder import EVENTS
 

@@ -121,7 +121,7 @@ class TableCache:
             return StatedPeriod(header.period_s, header.period_key)
         if preamble.period_s is not None:
             return StatedPeriod(
-                preamble.period_s, f"period by {preamble.source}", preamble.rounding, is_of_device=True
+                preamble.period_s, f"by {preamble.source}", preamble.rounding, is_of_device=True
             )
         return None
 

@@ -27,11 +27,21 @@ class StatedPeriod(NamedTuple):
 
     period_s: float
     key: str
-    """Under which key, or in which line."""
+    """Key that holds the period, or where a rate is stated: `by "fs"`."""
     rounding: float = 0.0
     """Relative size of the last digit with which it is written, where that matters."""
     is_of_device: bool = False
     """Whether it may be the rate of the device, of which the file has every second, third, ... sample."""
+
+    @property
+    def source(self) -> str:
+        """Return what states it: `by "fs"`, `wf_increment = 0.001 s`."""
+        return self.key if self.key.startswith("by ") else f"{self.key} = {self.period_s:.6g} s"
+
+    def agrees(self, sample_rate_hz: float) -> bool:
+        """Return whether a file of that rate may state this period."""
+        is_same = abs(self.period_s * sample_rate_hz - 1.0) <= TOLERANCE + self.rounding
+        return is_same or decimation(self, sample_rate_hz) > 0
 
 
 def uniform_period(time_s: FloatArray, name: str, first_row: int, resolution_s: float = 0.0) -> float:
@@ -74,21 +84,29 @@ def decimation(stated: StatedPeriod, sample_rate_hz: float) -> int:
 
 
 def check_stated_period(
-    stated: StatedPeriod | None, name: str, sample_rate_hz: float, *, in_manifest: bool = True
+    stated: StatedPeriod | None, name: str, sample_rate_hz: float, other: str = ""
 ) -> None:
-    """Raise ValueError where a file states another period [s] (under a key) than the manifest's or another column's."""
-    if stated is None:
+    """Raise ValueError where a file states another period [s] for a column than the manifest or another column.
+
+    Args:
+        stated: The period of the column; None: the file states none.
+        name: The column.
+        sample_rate_hz: The other rate.
+        other: What has the other rate, such as `time column "t"`; "": the manifest.
+    """
+    if stated is None or stated.agrees(sample_rate_hz):
         return
-    period_s, key, rounding, _ = stated
-    other, end = (
-        ("the manifest sample_rate_hz = ", "") if in_manifest else ("another column goes on at ", " Hz")
+    rate = in_hz(sample_rate_hz)
+    contrary = f"{other} goes on at {rate} Hz" if other else f"the manifest sample_rate_hz = {rate}"
+    raise ValueError(
+        f'the file states {in_hz(1.0 / stated.period_s)} Hz for column "{name}" ({stated.source}), {contrary} '
+        f"(allowed difference {100 * (TOLERANCE + stated.rounding):.3g} %); correct one"
     )
-    allowed = TOLERANCE + rounding
-    if not abs(period_s * sample_rate_hz - 1.0) <= allowed and not decimation(stated, sample_rate_hz):
-        raise ValueError(
-            f'the file states {1.0 / period_s:.6g} Hz for column "{name}" ({key} = {period_s:.6g} s), {other}'
-            f"{sample_rate_hz:.6g}{end} (allowed difference {100 * allowed:.3g} %); correct one"
-        )
+
+
+def in_hz(rate_hz: float) -> str:
+    """Return a rate with six digits and without a power of ten: 2000000, not 2e+06."""
+    return f"{float(f'{rate_hz:.6g}'):.12g}"
 
 
 def resampling_grid(time_s: FloatArray, name: str, first_row: int) -> FloatArray:

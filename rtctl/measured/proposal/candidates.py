@@ -34,6 +34,8 @@ class Candidate:
     """A column of numbers that varies."""
 
     name: str
+    label: str
+    """Words that tell what it is: its name, perhaps with that of its group."""
     reading: Reading
     values: FloatArray
     """Numbers of the first file in which it varies."""
@@ -46,12 +48,12 @@ class Candidate:
     @property
     def named(self) -> dict[str, float]:
         """Votes of the name alone."""
-        return read_name(self.name).votes
+        return read_name(self.label).votes
 
     def score(self, signal: str, kind: SignalKind) -> float:
         """Return how much speaks for this column as a signal."""
         votes = self.reading.votes
-        own = EXACT if self.name.strip().lower() == signal else 0.0
+        own = EXACT if self.label.strip().lower() == signal else 0.0
         weights = QUANTITIES.get(signal, {})
         if signal == "current" and self.unit.text and quantity_of(self.unit.text) != "current":
             return own
@@ -108,7 +110,9 @@ def find_candidates(
             others[name] = "counts the rows"
         else:
             values = next(column.values for column in columns if column.varies and column.values is not None)
-            found[name] = Candidate(name=name, reading=read_column(first), values=values)
+            found[name] = Candidate(
+                name=name, label=first.label or name, reading=read_column(first), values=values
+            )
     return found, others
 
 

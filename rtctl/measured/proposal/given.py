@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
@@ -47,11 +48,27 @@ def column_and_unit(text: str, columns: Collection[str], option: str) -> Given:
 
 
 def find_column(name: str, columns: Collection[str]) -> str | None:
-    """Return the column of that name, or the only one of that name before its unit: `Drive` is `Drive [V]`."""
+    """Return the column of that name, or the only one of that name without its unit or its group.
+
+    `Drive` is `Drive [V]`, `force` is `shaker run/force`.
+    """
+    if (whole := find_whole(name, columns)) is not None:
+        return whole
+    said = name.strip().lower()
+    meant = [one for one in columns if _without_group(bare_name(one)).lower() == said]
+    return meant[0] if len(meant) == 1 and any(letter.isalpha() for letter in said) else None
+
+
+def find_whole(name: str, columns: Collection[str]) -> str | None:
+    """Return the column of that name, or the only one of that name before its unit."""
     if name in columns:
         return name
     meant = [one for one in columns if bare_name(one).lower() == name.strip().lower() != ""]
     return meant[0] if len(meant) == 1 else None
+
+
+def _without_group(name: str) -> str:
+    return re.split(r"[./]", name)[-1]
 
 
 def given_signals(

@@ -13,9 +13,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from rtctl.measured.proposal.given import find_column
+from rtctl.measured.proposal.given import find_whole
 from rtctl.measured.proposal.naming.column_names import STRONG
 from rtctl.measured.proposal.naming.column_units import read_column
+from rtctl.measured.proposal.naming.labels import with_labels
 from rtctl.measured.proposal.proposal import Answers
 from rtctl.measured.proposal.survey import Column, Survey
 from rtctl.measured.readers.groups import Place, names_within
@@ -29,12 +30,13 @@ def by_groups(surveys: Sequence[Survey], answers: Answers) -> tuple[Survey, ...]
     """Return the surveys with one for each record in the place of a file that holds several.
 
     A file of which the options name columns by their whole path (`rec(2).x`) stays one: the user means these columns.
+    Columns have their labels then.
     """
     found: list[Survey] = []
     for survey in surveys:
         groups = record_groups(survey)
         if not groups or _are_named(survey, groups, answers):
-            found.append(survey)
+            found.append(replace(survey, columns=with_labels(survey.columns)))
         else:
             found += [
                 _part(survey, group, groups, survey.remarks if k == 0 else ())
@@ -82,7 +84,7 @@ def _signals(survey: Survey, group: str) -> set[str]:
 def _tells_time(column: Column, group: str) -> bool:
     """Return whether a column increases throughout, or is called as a time is."""
     assert column.values is not None
-    votes = read_column(replace(column, name=column.place.within(group))).votes
+    votes = read_column(replace(column, label=column.place.within(group))).votes
     return bool(np.all(np.diff(column.values) > 0.0)) or any(
         votes.get(one, 0.0) >= STRONG for one in _NO_SIGNALS
     )
@@ -103,7 +105,7 @@ def _names_one(text: str, columns: Collection[str]) -> bool:
     """Return whether a text `[NAME=]COLUMN[:UNIT]` names one of the columns."""
     words = [text, text.partition("=")[2]]
     return any(
-        find_column(one.strip(), columns) is not None
+        find_whole(one.strip(), columns) is not None
         for word in words
         for one in (word, word.rpartition(":")[0])
         if one
@@ -124,8 +126,10 @@ def _part(survey: Survey, group: str, groups: Collection[str], remarks: tuple[st
         )  # longer ones are of something else
         and not any(other.startswith((f"{name}(", f"{name}{{")) for other in groups)  # what holds the groups
     }
-    columns = {short: replace(one, name=short, place=_below(one.place, group)) for short, one in seen.items()}
-    return Survey(path=survey.path, columns=columns, remarks=remarks, group=group)
+    columns = with_labels(
+        {short: replace(one, name=short, place=_below(one.place, group)) for short, one in seen.items()}
+    )
+    return Survey(path=survey.path, columns=columns, remarks=remarks, texts=survey.texts, group=group)
 
 
 def _below(place: Place, group: str) -> Place:

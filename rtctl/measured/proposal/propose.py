@@ -9,21 +9,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rtctl.border.arrays import FloatArray
-from rtctl.border.errors import InputError, nearest
+from rtctl.border.errors import InputError
 from rtctl.measured.manifest.signal_kinds import measured_kinds
 from rtctl.measured.proposal.candidates import SINGLE, Candidate, find_candidates
 from rtctl.measured.proposal.given import Given, check_plant, given_signals
+from rtctl.measured.proposal.holds import find_hold
 from rtctl.measured.proposal.instants.stamps import judge_stamps
 from rtctl.measured.proposal.instants.time_base import find_time, homes_of
 from rtctl.measured.proposal.instants.told_rate import told_rate_hz
 from rtctl.measured.proposal.naming.column_names import STRONG
 from rtctl.measured.proposal.naming.column_units import (
-    MOTIONS,
     Unit,
+    as_written,
     given_unit,
-    is_force,
-    quantity_of,
     read_column,
 )
 from rtctl.measured.proposal.own_equations.roles import assign_named_roles
@@ -34,20 +32,12 @@ from rtctl.measured.proposal.roles import Choice, Roles, assign_roles
 from rtctl.measured.proposal.scales import given_scales, scale_of
 from rtctl.measured.proposal.survey import Survey
 from rtctl.measured.proposal.sweeps import find_sweep, propose_sweeps
-from rtctl.measured.units import same_unit
+from rtctl.measured.proposal.unit_roles import check_motion, check_swapped, doubts_about_units
 from rtctl.registry import PlantKind, plant_kind
 
-HELD_SHARE = 0.5
-"""Share of rows that repeat the one before, from which an input is taken as held between its samples."""
 STAIR_LEVELS, STAIR_ROWS = 20, 3
 """Fewest levels, and rows of a level, of a quasi-static staircase."""
 NO_SIGNAL = "no signal of this kind of plant or model"
-HOLDS = ("linear", "zero", "band-limited")
-HOLD_UNSEEN = (
-    '{name}: how it goes on between its rows cannot be seen, as it changes from row to row: hold = "linear" (straight '
-    "lines) is taken; where a converter holds each value until the next one, say --hold zero, or the model is off by "
-    "half a sample of delay"
-)
 
 
 def propose(surveys: Sequence[Survey], answers: Answers) -> Proposal:
@@ -122,7 +112,10 @@ def refuse_open(proposal: Proposal, files: Sequence[str]) -> None:
     lines = [f"{files[0] if len(files) == 1 else f'{files[0]} and {len(files) - 1} more'}: not everything can be known "
              "from the files:"]  # fmt: skip
     lines += [f"  {one.text}: say {one.option}" for one in proposal.opens]
-    seen = [f"{one.name} = {one.column}{f' [{one.unit}]' if one.unit else ''}" for one in proposal.signals]
+    seen = [
+        f"{one.name} = {one.column}{f' [{as_written(one.unit)}]' if one.unit else ''}"
+        for one in proposal.signals
+    ]
     if proposal.time.column:
         seen.append(f"time = {proposal.time.column}")
     if seen:
@@ -188,6 +181,7 @@ def _signals(
     scales = given_scales(answers.scales, kind.signals)
     opens: list[Open] = []
     unsure: list[str] = []
+    read: dict[str, Unit] = {}
     with_unit = [
         name for name, one in roles.chosen.items() if read_column(survey.columns[one.column]).unit.text
     ]
@@ -208,7 +202,7 @@ def _signals(
                 f"may be the {name}, but nobody states its unit: --output {name}={choice.column}:UNIT"
             )
             continue
-        _check_motion(name, choice.column, unit.text)
+        check_motion(name, choice.column, unit.text)
         if not unit.text:
             named = kind.free_signals or kind.signals[name].role == "output"
             option = (
@@ -217,16 +211,16 @@ def _signals(
             opens.append(_unit_question(name, choice, unit, option))
         if reading.doubt and unit.source != "given" and scale is None:
             unsure.append(f'{name}: column "{choice.column}": {reading.doubt}')
-        if unit.source == "given":
-            unsure += _other_unit(name, choice.column, unit, reading.unit)
+        read[name] = reading.unit
         role = kind.signals[name].role
-        hold, why = _hold(answers, column.values) if role == "input" else (None, "")
-        if hold is not None and answers.hold is None and hold != "zero" and _varies(column.values):
-            unsure.append(HOLD_UNSEEN.format(name=name))
+        held = find_hold(answers.hold, name, column.values, survey.texts) if role == "input" else None
+        unsure += held.doubts if held else ()
         found.append(SignalGuess(name=name, role=role, column=choice.column, why=choice.why, unit=unit.text,
-                                 unit_source=unit.source, hold=hold, hold_why=why, certain=choice.certain,
+                                 unit_source=unit.source, certain=choice.certain,
+                                 hold=held and held.hold, hold_why=held.why if held else "",
                                  scale=None if scale is None else scale.value))  # fmt: skip
-    return tuple(found), opens, unsure
+    check_swapped(found, read)
+    return tuple(found), opens, [*unsure, *doubts_about_units(found, read)]
 
 
 def _unit(given: Given | None, name: str, read: Unit) -> Unit:
@@ -238,52 +232,11 @@ def _unit(given: Given | None, name: str, read: Unit) -> Unit:
         raise InputError(f'unit of the {name}, column "{given.column}": {error}') from None
 
 
-def _other_unit(name: str, column: str, given: Unit, read: Unit) -> list[str]:
-    """Return the doubt about a unit that the user gave where the column says another one."""
-    if not read.text or same_unit(read.text, given.text):
-        return []
-    return [f'{name}: column "{column}" is read in {given.text}, as you said, but {read.source}']
-
-
-def _check_motion(name: str, column: str, unit: str) -> None:
-    """Raise InputError for a motion in the unit of another one: the user named the wrong signal."""
-    measured = quantity_of(unit) if unit else ""
-    if name in MOTIONS and measured in MOTIONS and measured != name:
-        article = "an" if measured == "acceleration" else "a"
-        raise InputError(
-            f'column "{column}" is read in {unit}, as {article} {measured} is: it cannot be the {name}; say '
-            f"--output {measured}={column}, or correct the unit"
-        )
-    if name in MOTIONS and unit and is_force(unit):
-        raise InputError(
-            f'column "{column}" is read in {unit}, as a force is: it cannot be the {name}; say '
-            f"--input {column} if it is what drives, --output {name}={column}:UNIT if the unit is wrong"
-        )
-
-
 def _unit_question(name: str, choice: Choice, unit: Unit, option: str) -> Open:
     because = f" ({unit.doubt})" if unit.doubt else ""
     return Open(
         f"unit.{name}", f'nobody states the unit of column "{choice.column}", the {name}{because}', option
     )
-
-
-def _hold(answers: Answers, values: FloatArray | None) -> tuple[str, str]:
-    """Return the hold of an input between its samples, and why."""
-    if answers.hold is not None:
-        if answers.hold not in HOLDS:
-            raise InputError(
-                f"--hold {answers.hold}: is none of {', '.join(HOLDS)}{nearest(answers.hold, HOLDS)}"
-            )
-        return answers.hold, "you said so"
-    steps = np.diff(values) if values is not None else np.empty(0)
-    if len(steps) and np.mean(steps == 0.0) >= HELD_SHARE and np.any(steps):
-        return "zero", "it stays and jumps, as the output of a converter does"
-    return "linear", "it changes from row to row, as a measured signal does"
-
-
-def _varies(values: FloatArray | None) -> bool:
-    return values is not None and bool(np.any(np.diff(values)))
 
 
 def _check_common(surveys: Sequence[Survey], needed: Sequence[SignalGuess], time: TimeGuess) -> None:

@@ -14,14 +14,22 @@ from rtctl.border.errors import InputError, nearest
 from rtctl.measured.manifest.signal_kinds import measured_kinds
 from rtctl.measured.proposal.candidates import is_count
 from rtctl.measured.proposal.given import NONE, find_column
+from rtctl.measured.proposal.holds import HOLDS, SAID
 from rtctl.measured.proposal.instants.time_base import homes_of, is_near, time_candidates
-from rtctl.measured.proposal.naming.column_units import MOTIONS, given_unit, quantity_of, read_column
+from rtctl.measured.proposal.naming.column_units import (
+    AS_GRAVITY,
+    MOTIONS,
+    as_written,
+    given_unit,
+    quantity_of,
+    read_column,
+)
 from rtctl.measured.proposal.own_equations.signals import read_model_signals
 from rtctl.measured.proposal.parts import LAST_THIRD, NO_TEST
-from rtctl.measured.proposal.proposal import Answers, Proposal
-from rtctl.measured.proposal.propose import HOLDS
+from rtctl.measured.proposal.proposal import Answers, Proposal, SignalGuess
 from rtctl.measured.proposal.survey import Column, Survey
 from rtctl.measured.units import check_unit
+from rtctl.output.readable_units import readable
 
 Settled = Callable[[Answers, str], Answers]
 
@@ -34,6 +42,10 @@ class Question:
     text: str
     default: str
     """The guess, "" where there is none and an answer is needed."""
+    why: str = ""
+    """From what the guess comes; it stays in the manifest where a person takes it."""
+    details: tuple[str, ...] = ()
+    """What the answers mean and lead to, a line each."""
     choices: tuple[str, ...] = ()
     """What may be answered; empty: anything that `settle` takes."""
     settle: Settled
@@ -76,7 +88,7 @@ def _questions(proposal: Proposal, survey: Survey) -> list[Question]:
 def _about_plant(proposal: Proposal) -> Question:
     return Question(
         key="plant", text="What was measured (equations: a model of your own)?", default=proposal.plant,
-        choices=tuple(measured_kinds()),
+        why=proposal.plant_why, choices=tuple(measured_kinds()),
         settle=lambda answers, said: replace(answers, plant=said),
     )  # fmt: skip
 
@@ -119,19 +131,23 @@ def _about_time(proposal: Proposal, survey: Survey) -> list[Question]:
     if candidates and (time.rate_hz is None or time.why != "you said so"):
         questions.append(Question(
             key="time", text="Which column is the time? (- for none)", default=time.column or NONE,
-            choices=(*candidates, NONE), settle=lambda answers, said: replace(answers, time=said),
+            why=time.why if time.column else "", choices=(*candidates, NONE),
+            settle=lambda answers, said: replace(answers, time=said),
         ))  # fmt: skip
     if time.column is not None and time.unit is not None:
         needs = any(one.key == "time_unit" for one in proposal.opens)
         column = time.column
         questions.append(Question(
             key="time_unit", text=f'In which unit does "{column}" count?', default="" if needs else time.unit,
+            why=time.why.removeprefix(f"{SAID}; "),
             settle=lambda answers, said: replace(answers, time=f"{column}:{_unit_of_time(said)}"),
         ))  # fmt: skip
     elif time.column is None:
         rate = "" if time.rate_hz is None else f"{time.rate_hz:.9g}"
         questions.append(
-            Question(key="sample_rate_hz", text="Sample rate in Hz?", default=rate, settle=_with_rate)
+            Question(
+                key="sample_rate_hz", text="Sample rate in Hz?", default=rate, why=time.why, settle=_with_rate
+            )
         )
     return questions
 
@@ -154,22 +170,43 @@ def _about_signal(proposal: Proposal, name: str, role: str, columns: Mapping[str
     text = f"Which column is the {name}?{none}"
     named = proposal.kind.free_signals and guess is not None and guess.certain
     questions = [] if named else [
-        Question(key=name, text=text, default=default, choices=choices,
+        Question(key=name, text=text, default=default, choices=choices, why=guess.why if guess else "",
                  settle=lambda answers, said: _with_signal(answers, role, name, said, "")),
     ]  # fmt: skip
     if guess is not None and guess.scale is None:
         column = guess.column
         questions.append(Question(
-            key=f"unit.{name}", text=f'In which unit is "{column}"?', default=guess.unit,
+            key=f"unit.{name}", text=f'In which unit is "{column}"?', default=as_written(guess.unit),
+            why=_why_unit(guess),
             settle=lambda answers, said: _with_signal(answers, role, name, column, _unit(said, name)),
         ))  # fmt: skip
     if guess is not None and role == "input":
         questions.append(Question(
             key=f"hold.{name}",
-            text="Between samples: linear (as measured), zero (held by a converter), band-limited?",
-            default=guess.hold or "linear", choices=HOLDS, settle=lambda answers, said: replace(answers, hold=said),
+            text=f"How does the {name} go on between its rows?", details=_about_holds(proposal),
+            default=guess.hold or "linear", why=guess.hold_why, choices=HOLDS,
+            settle=lambda answers, said: replace(answers, hold=said),
         ))  # fmt: skip
     return questions
+
+
+def _why_unit(guess: SignalGuess) -> str:
+    gravity = f", {AS_GRAVITY}" if guess.unit == "g_0" else ""
+    return f"{guess.unit_source}{gravity}" if guess.unit_source else ""
+
+
+def _about_holds(proposal: Proposal) -> tuple[str, ...]:
+    """Return what each hold means, and what a wrong one leads to."""
+    rate_hz = proposal.time.rate_hz or proposal.time.stated_hz or proposal.records[0].rate_hz
+    half = f" ({readable(0.5 / rate_hz, 's')})" if rate_hz else ""
+    return (
+        "linear: on a straight line to the next row, as a force or a current that was measured",
+        "zero: each value stays until the next row, as a D/A converter puts it out",
+        "band-limited: on the smooth curve through the rows, as a signal that was measured behind an anti-aliasing "
+        "filter",
+        f"zero instead of linear makes the drive half a sample{half} later: the wrong one looks like a delay of the "
+        "device",
+    )
 
 
 def _counts(column: Column) -> bool:

@@ -11,6 +11,7 @@ from rtctl.measured.proposal.candidates import Candidate
 from rtctl.measured.proposal.causality import leads
 from rtctl.measured.proposal.given import NONE, Given
 from rtctl.measured.proposal.naming.column_names import WEAK
+from rtctl.measured.proposal.naming.column_units import MOTIONS, is_force, quantity_of
 from rtctl.measured.proposal.proposal import Open
 from rtctl.registry import PlantKind, SignalKind
 
@@ -169,15 +170,29 @@ def _require_responses(
         free = [one for one in candidates.values() if roles.is_free(one.name) and not one.is_no_signal]
         others = [one for one in free if one.name not in roles.suggested]
         free = free if len(free) > 1 else others
+        likely = _likely_responses(others)
         names = (
             ", ".join(f'"{one.name}"' for one in free) or "no column of numbers is left that may be a motion"
         )
         text = (
             f"which motion was measured ({', '.join(responses)}), and in which column, does not show: {names}"
         )
-        option = f"--output {responses[0]}=COLUMN[:UNIT]; where no motion was measured: {OTHER_PLANT}"
-        example = _example("--output", f"{responses[0]}=", others) or OTHER_PLANT
+        motion = (_motion_of(likely[0]) if likely else "") or responses[0]
+        option = f"--output {motion}=COLUMN[:UNIT]; where no motion was measured: {OTHER_PLANT}"
+        example = _example("--output", f"{motion}=", likely) or OTHER_PLANT
         roles.opens.append(Open("response", text, option, example))
+
+
+def _motion_of(candidate: Candidate) -> str:
+    """Return the motion that a column's unit measures; "": none."""
+    measured = quantity_of(candidate.unit.text) if candidate.unit.text else ""
+    return measured if measured in MOTIONS else ""
+
+
+def _likely_responses(candidates: list[Candidate]) -> list[Candidate]:
+    """Return columns that may be a response, those in a unit of a motion first; a force is none."""
+    motions = [one for one in candidates if not (one.unit.text and is_force(one.unit.text))]
+    return sorted(motions, key=lambda one: not _motion_of(one))
 
 
 def _example(option: str, name: str, candidates: list[Candidate]) -> str:

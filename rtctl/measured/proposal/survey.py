@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +26,8 @@ class Column:
     """One column of one file."""
 
     name: str
+    label: str = ""
+    """Words that tell what it is, `naming.labels`; "": its name."""
     unit: str | None = None
     """Unit that the file states, in its own words."""
     period_s: float | None = None
@@ -65,6 +67,8 @@ class Survey:
     remarks: tuple[str, ...] = ()
     preamble: Preamble = NOTHING
     """What a text file states of its sample rate above its columns."""
+    texts: Mapping[str, str] = field(default_factory=dict)
+    """What the file says in words, by where it stands."""
     group: str | None = None
     """Group that it is; None: the whole file."""
 
@@ -117,9 +121,25 @@ def _survey(path: Path) -> Survey:
     cache = TableCache([path])
     table = cache.table(path)
     columns = {name: _column(cache, path, table, name) for name in table.columns}
-    survey = Survey(path=path, columns=columns, remarks=table.remarks, preamble=table.preamble)
+    survey = Survey(
+        path=path,
+        columns=columns,
+        remarks=table.remarks,
+        preamble=table.preamble,
+        texts=_texts(table, columns),
+    )
     _check_usable(survey)
     return survey
+
+
+def _texts(table: Table, columns: Mapping[str, Column]) -> dict[str, str]:
+    """Return what a file says in words: beside its columns, and in those of a single text."""
+    single = {
+        f'the text "{name}"': str(one.raw.reshape(-1)[0])
+        for name, one in columns.items()
+        if one.raw is not None and one.rows == 1 and one.raw.dtype.kind in "OSU"
+    }
+    return {**table.texts, **single}
 
 
 def _files_in(folder: Path) -> str:

@@ -10,7 +10,15 @@ from pathlib import Path
 
 import pyarrow as pa
 
-from rtctl.measured.readers.table import Column, Table, arrow_headers, arrow_readings, arrow_slice, reading
+from rtctl.measured.readers.table import (
+    Column,
+    Table,
+    arrow_headers,
+    arrow_readings,
+    arrow_slice,
+    arrow_texts,
+    reading,
+)
 
 _FILE_MAGIC = b"ARROW1"
 
@@ -52,7 +60,7 @@ def read(path: Path) -> Table:
                 schema, name, arrow_slice(pieces, first - starts[begin], end - starts[begin])
             )
 
-    return Table(columns=arrow_headers(schema, rows), load=load, piecewise=is_file)
+    return Table(columns=arrow_headers(schema, rows), load=load, piecewise=is_file, texts=arrow_texts(schema))
 
 
 def _opened(source: pa.NativeFile, field: int) -> pa.RecordBatchFileReader:

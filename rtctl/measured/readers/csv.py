@@ -15,7 +15,7 @@ import pyarrow.csv
 from rtctl.measured.readers.delimited.ending import find_ending
 from rtctl.measured.readers.delimited.form import BLANKS, OPENING_LINES, Form, find_form, is_number
 from rtctl.measured.readers.delimited.text import BLOCK_BYTES, Text, index_lines, open_text
-from rtctl.measured.readers.stated.preamble import NumberedLine, read_preamble
+from rtctl.measured.readers.stated.preamble import NumberedLine, quoted, read_preamble
 from rtctl.measured.readers.table import Column, Header, Table, arrow_slice
 
 
@@ -60,7 +60,13 @@ def read(path: Path) -> Table:
         raise ValueError(f'column "{name}" is neither numbers nor text in UTF-8')
 
     remarks = tuple(one for one in (ending.remark, preamble.doubt) if one)
-    return Table(columns=_headers(form, rows), load=load, remarks=remarks, preamble=preamble)
+    return Table(
+        columns=_headers(form, rows),
+        load=load,
+        remarks=remarks,
+        preamble=preamble,
+        texts=_texts(opening, form),
+    )
 
 
 def _above(opening: Sequence[NumberedLine], form: Form) -> list[NumberedLine]:
@@ -68,6 +74,12 @@ def _above(opening: Sequence[NumberedLine], form: Form) -> list[NumberedLine]:
     lines = opening[: form.head]
     below = [(name, cell) for name, cell in zip(form.names, form.units, strict=False) if is_number(cell)]
     return [*lines, *(lines[-1]._replace(text=f"{name} = {cell}") for name, cell in below)]
+
+
+def _texts(opening: Sequence[NumberedLine], form: Form) -> dict[str, str]:
+    """Return the lines above the columns; the line that names them is none."""
+    lines = [one for one in opening[: form.head] if not all(name in one.text for name in form.names)]
+    return {quoted(one): one.text for one in lines}
 
 
 def _about_cells(error: str, form: Form) -> str:

@@ -18,6 +18,7 @@ from rtctl.measured.readers.stated.attributes import (
     packing_of,
     stated_unit,
     text_of,
+    texts_of,
     unapplied,
     unpack,
 )
@@ -54,7 +55,10 @@ def read(path: Path, separator: str = "/") -> Table:
     packings: dict[str, Packing] = {}
     matlab = separator == "."
 
+    texts: dict[str, str] = {}
+
     def visit(name: str, item: Any) -> None:
+        texts.update(texts_of(_attributes(item), name))
         if isinstance(item, h5py.Dataset) and not name.startswith(
             "#"
         ):  # MATLAB's cells and objects, by reference
@@ -69,6 +73,7 @@ def read(path: Path, separator: str = "/") -> Table:
         headers[column], packings[column] = _header(item, column, path.parent)
 
     with reading("an HDF5 file"), h5py.File(path, "r") as file:
+        texts.update(texts_of(_attributes(file)))
         file.visititems(visit)
 
     def load(name: str, first: int, end: int) -> Column:
@@ -86,7 +91,7 @@ def read(path: Path, separator: str = "/") -> Table:
         return unpack(np.asarray(stored), packings[name])
 
     places = {name: place_of(name, separator) for name in headers}
-    return Table(columns=headers, load=load, places=places)
+    return Table(columns=headers, load=load, places=places, texts=texts)
 
 
 def _referred(item: Any, column: str) -> Iterator[tuple[str, Any]]:

@@ -9,7 +9,15 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from rtctl.measured.readers.table import Column, Table, arrow_headers, arrow_readings, arrow_slice, reading
+from rtctl.measured.readers.table import (
+    Column,
+    Table,
+    arrow_headers,
+    arrow_readings,
+    arrow_slice,
+    arrow_texts,
+    reading,
+)
 
 _BATCH_ROWS = 65_536
 _BUFFER_BYTES = 1 << 20
@@ -19,6 +27,7 @@ def read(path: Path) -> Table:
     """Return the columns of a Parquet file. Raises ValueError in words."""
     with reading("a Parquet file"), pq.ParquetFile(path) as file:
         headers = arrow_headers(file.schema_arrow, file.metadata.num_rows)
+        texts = arrow_texts(file.schema_arrow)
 
     def load(name: str, first: int, end: int) -> Column:
         with (
@@ -29,7 +38,7 @@ def read(path: Path) -> Table:
             stored = arrow_slice(_pieces(file, name, groups), first - start, end - start)
             return arrow_readings(file.schema_arrow, name, stored)
 
-    return Table(columns=headers, load=load)
+    return Table(columns=headers, load=load, texts=texts)
 
 
 def _groups(metadata: pq.FileMetaData, first: int, end: int) -> tuple[list[int], int]:

@@ -18,6 +18,7 @@ from rtctl.measured.readers.stated.attributes import (
     packing_of,
     stated_unit,
     text_of,
+    texts_of,
     unapplied,
     unpack,
 )
@@ -63,6 +64,8 @@ class Table:
     """What a user must know of a file that can be read."""
     preamble: Preamble = NOTHING
     """What a text file states of its sample rate above its columns."""
+    texts: Mapping[str, str] = field(default_factory=dict)
+    """What the file says in words beside its columns, by where it stands: a line, an attribute."""
     places: Mapping[str, Place] = field(default_factory=dict)
     """Place of each column in the groups of the file; columns without one are at the top."""
 
@@ -122,6 +125,14 @@ def arrow_headers(schema: pa.Schema, rows: int) -> dict[str, Header]:
             unapplied=unapplied(attributes), period_s=period_s, period_key=key,
         )  # fmt: skip
     return headers
+
+
+def arrow_texts(schema: pa.Schema) -> dict[str, str]:
+    """Return what metadata say in words: those of the schema and of its fields."""
+    found = texts_of(_texts(schema.metadata or {}))
+    for entry in schema:
+        found |= texts_of(_texts(entry.metadata or {}), entry.name)
+    return found
 
 
 def arrow_readings(schema: pa.Schema, name: str, stored: Column) -> Column:

@@ -18,7 +18,7 @@ import numpy as np
 from nptdms import TdmsChannel, TdmsFile
 
 from rtctl.measured.readers.groups import Place
-from rtctl.measured.readers.stated.attributes import stated_unit, unapplied
+from rtctl.measured.readers.stated.attributes import stated_unit, texts_of, unapplied
 from rtctl.measured.readers.stated.rate import stated_period
 from rtctl.measured.readers.table import Column, Header, Table, reading
 
@@ -54,6 +54,9 @@ def read(path: Path) -> Table:
             name: _header(c, (c.properties, opened[c.group_name].properties, opened.properties))
             for name, c in zip(_names(channels), channels, strict=True)
         }
+        texts = texts_of(opened.properties)
+        for part in (*opened.groups(), *channels):
+            texts |= texts_of(part.properties, part.name)
     starts = _starts(channels)
     for name, channel in zip(_names(channels), channels, strict=True):
         if channel.path in starts:
@@ -66,7 +69,7 @@ def read(path: Path) -> Table:
             return np.asarray(opened[group][channel].read_data(first, end - first))
 
     inside = {name: Place(f"{group}/{channel}", (group,)) for name, (group, channel) in places.items()}
-    return Table(columns=headers, load=load, places=inside)
+    return Table(columns=headers, load=load, places=inside, texts=texts)
 
 
 def _names(channels: list[TdmsChannel]) -> list[str]:

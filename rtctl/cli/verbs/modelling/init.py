@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 
 
@@ -76,6 +77,8 @@ def run(args: argparse.Namespace) -> int:
     surveys = by_groups(survey_files(paths), answers)
     folder = target_folder(paths, args.out, force=args.force)
     asks = is_terminal() and not args.yes and not is_quiet(args)
+    if not (asks or args.yes or is_quiet(args)):
+        print("no terminal: nothing is asked, and the guesses are taken as with --yes", file=sys.stderr)
     proposal = ask_all(surveys, answers) if asks else propose(surveys, answers)
     refuse_open(proposal, [str(path) for path in paths])
     output_folder(folder)

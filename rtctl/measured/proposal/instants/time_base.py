@@ -14,11 +14,13 @@ from typing import NamedTuple
 import numpy as np
 
 from rtctl.border.errors import InputError
+from rtctl.measured.columns.time_axis import StatedPeriod, in_hz
 from rtctl.measured.columns.time_column import TimeColumn, TimeUnit, seconds
 from rtctl.measured.proposal.candidates import is_count
 from rtctl.measured.proposal.given import NONE, column_and_unit
 from rtctl.measured.proposal.instants.told_rate import (
     ToldRate,
+    check_stated,
     convert_number,
     describe_missing_rate,
     is_rate_unit,
@@ -72,12 +74,16 @@ def find_time(surveys: Sequence[Survey], answers: Answers, homes: Homes = frozen
         if answers.time is None:
             for survey in surveys:
                 _check_rate(survey, answers.sample_rate_hz, homes)
+        else:
+            _check_near(surveys, answers.sample_rate_hz, f"--sample-rate {answers.sample_rate_hz:g}", homes)
         lines = told_rate(_without_others(surveys[0], homes))
         remark = one_of_several(lines, answers.sample_rate_hz)
         return Time(TimeGuess(rate_hz=answers.sample_rate_hz, why="you said so"), unsure=remark)
     columns = surveys[0].columns
     if answers.time not in (None, NONE):
         name, unit = column_and_unit(str(answers.time), columns, "--time")
+        if unit and (rate_hz := _rate_of(columns[name], unit)) > 0.0:
+            _check_near(surveys, rate_hz, f"--time {answers.time}, which gives {in_hz(rate_hz)} Hz", homes)
         return _of_column(columns[name], unit, "you said so", told_rate(_without_others(surveys[0], homes)))
     near = [_without_others(survey, homes) for survey in surveys]
     if answers.time is None and (found := _time_column(near[0])) is not None:
@@ -86,11 +92,27 @@ def find_time(surveys: Sequence[Survey], answers: Answers, homes: Homes = frozen
     return _of_others(surveys[0], answers, told, homes) if told.opens and homes else told
 
 
+def _check_near(surveys: Sequence[Survey], rate_hz: float, option: str, homes: Homes) -> None:
+    """Raise InputError where the files state another rate for the groups `homes` than an option gives."""
+    for survey in surveys:
+        if homes or not any(one.place.groups for one in survey.columns.values()):
+            check_stated(_without_others(survey, homes), rate_hz, option)
+
+
+def _rate_of(column: Column, unit: str) -> float:
+    """Return the rate [Hz] of a column in a unit of time; 0.0 where it has no numbers that increase."""
+    if column.values is None or column.rows < 2:
+        return 0.0
+    step_s = convert_number(float(np.median(np.diff(column.values))), _time_unit(unit), "s")
+    return 1.0 / step_s if step_s > 0.0 else 0.0
+
+
 def _check_rate(survey: Survey, rate_hz: float, homes: Homes) -> None:
     """Raise InputError where the time of a file, or a variable of it, says another rate than the user."""
     if not homes and any(one.place.groups for one in survey.columns.values()):
         return  # whose time it is shows once the signals are known
     near = _without_others(survey, homes)
+    check_stated(near, rate_hz, f"--sample-rate {rate_hz:g}")
     found = _time_column(near)
     remedy = "leave out --sample-rate, or say --time - to pass over it"
     if found is None:
@@ -140,7 +162,7 @@ def _without_others(survey: Survey, homes: Homes) -> Survey:
     """Return a file without the times and rates of groups that are not those of the signals."""
     kept = {name: one for name, one in survey.columns.items() if is_near(one, homes)}
     if homes and not any(_increases(one, survey.rows) for one in kept.values()):
-        kept |= _shared_times(survey, homes)
+        kept |= _shared_times(survey, homes) or _with_shared_period(survey, homes)
     return replace(survey, columns=kept) if homes else survey
 
 
@@ -155,6 +177,17 @@ def _shared_times(survey: Survey, homes: Homes) -> dict[str, Column]:
     first, *rest = (times[0] for times in own)
     instants = [np.asarray(one.raw) for one in (first, *rest)]
     return {first.name: first} if all(np.array_equal(instants[0], one) for one in instants) else {}
+
+
+def _with_shared_period(survey: Survey, homes: Homes) -> dict[str, Column]:
+    """Return the columns of the signals' groups that state their period, where all groups state the same one."""
+    found = {
+        name: one
+        for name, one in survey.columns.items()
+        if one.place.groups in homes and one.period_s is not None
+    }
+    is_one = len({one.period_s for one in found.values()}) == 1
+    return found if is_one and {one.place.groups for one in found.values()} == homes else {}
 
 
 def _of_others(survey: Survey, answers: Answers, told: Time, homes: Homes) -> Time:
@@ -325,7 +358,10 @@ def _of_files(surveys: Sequence[Survey]) -> Time:
     }
     if stated:
         period_s, key = next(iter(stated.items()))
-        guess = TimeGuess(stated_hz=1.0 / period_s, why=f"the file states it ({key} = {period_s:.6g} s)")
+        guess = TimeGuess(
+            stated_hz=1.0 / period_s,
+            why=f"the file states {in_hz(1.0 / period_s)} Hz ({StatedPeriod(period_s, key).source})",
+        )
         if period_s in _DEFAULT_PERIODS:
             return Time(
                 guess, unsure=(f"rate: the file states {key} = 1 s, as programs do where nobody set it",)

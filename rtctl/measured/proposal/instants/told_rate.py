@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rtctl.measured.columns.time_axis import StatedPeriod, decimation
+from rtctl.border.errors import InputError
+from rtctl.measured.columns.time_axis import StatedPeriod, decimation, in_hz
 from rtctl.measured.proposal.naming.column_units import read_column
 from rtctl.measured.proposal.survey import Column, Survey
 from rtctl.measured.units import check_unit, convert_column
@@ -27,6 +28,19 @@ def told_rate_hz(survey: Survey) -> float | None:
     """Return the rate [Hz] that a variable or a line of the file tells; None: none does."""
     found = told_rate(survey)
     return None if found is None else found.rate_hz
+
+
+def check_stated(survey: Survey, rate_hz: float, option: str) -> None:
+    """Raise InputError where all that a file states of the rate, in attributes or in a line, contradicts an option."""
+    lines = survey.preamble
+    stated = [StatedPeriod(one.period_s, one.period_key) for one in survey.numeric.values() if one.period_s]
+    if not stated and lines.period_s is not None:
+        stated = [StatedPeriod(lines.period_s, f"by {lines.source}", lines.rounding, is_of_device=True)]
+    if stated and not any(one.agrees(rate_hz) for one in stated):
+        raise InputError(
+            f"{option}: {survey.path} states {in_hz(1.0 / stated[0].period_s)} Hz "
+            f"({stated[0].source}); correct one, the option or the file"
+        )
 
 
 def told_rate(survey: Survey) -> ToldRate | None:

@@ -14,6 +14,7 @@ from rtctl.measured.units import check_unit, is_proportional
 
 UNIT_VOTE = 3.0
 """Vote of a unit for the quantity that is measured in it: above a letter's, below a word's."""
+AS_GRAVITY = "taken as standard gravity, 9.80665 m/s^2"
 MOTIONS = ("displacement", "velocity", "acceleration")
 OUTPUTS = (*MOTIONS, "deflection", "response", "resistance")
 _MEASURE = {
@@ -45,7 +46,7 @@ class Reading(NamedTuple):
 
 def read_column(column: Column) -> Reading:
     """Return the votes and the unit of a column, by its name and by what its file states."""
-    name = read_name(column.name)
+    name = read_name(column.label or column.name)
     unit = _unit(column, name)
     if not unit.text:
         return Reading(name.votes, unit)
@@ -58,6 +59,11 @@ def given_unit(text: str, quantity: str) -> Unit:
     found = _chosen(unit_meanings(text), quantity) or text
     check_unit(found)
     return Unit(found, "given")
+
+
+def as_written(unit: str) -> str:
+    """Return a unit as people write it: standard gravity as g."""
+    return "g" if unit == "g_0" else unit
 
 
 @cache
@@ -96,7 +102,7 @@ def _unit(column: Column, name: Name) -> Unit:
     found = _chosen(unit_meanings(text), wanted)
     if not found:
         return Unit("", "", f"{source}, which is no known unit")
-    if found == "g_0" and is_weight(column.name):
+    if found == "g_0" and is_weight(column.label or column.name):
         return Unit("", "", f"{source}, which may be grams, gram-force or gravity")
     return Unit(found, source, _two_meanings(text, found))
 
@@ -112,7 +118,7 @@ def _chosen(found: Sequence[str], quantity: str) -> str:
 
 
 def _two_meanings(stated: str, taken: str) -> str:
-    return f'"{stated}" is taken as standard gravity, 9.80665 m/s^2' if taken == "g_0" else ""
+    return f'"{stated}" is {AS_GRAVITY}' if taken == "g_0" else ""
 
 
 def _joint_votes(named: dict[str, float], measured: str) -> tuple[dict[str, float], str]:
@@ -137,9 +143,7 @@ def _joint_votes(named: dict[str, float], measured: str) -> tuple[dict[str, floa
             votes[measured] = votes.get(measured, 0.0) + UNIT_VOTE
         return votes, doubt
     if measured in ("drive", "current") and output and driven < output:
-        output_name = max(outputs, key=lambda one: outputs[one])
-        article = "an" if output_name == "acceleration" else "a"
-        return votes, f"{article} {output_name} that is read in a unit of an input"
+        return votes, ""  # of a sensor that is not calibrated
     votes = {one: vote for one, vote in votes.items() if one not in OUTPUTS or one in outputs}
     votes[measured] = votes.get(measured, 0.0) + UNIT_VOTE
     return votes, ""

@@ -59,7 +59,9 @@ def _answered(request: Request, tables: dict[tuple[str, Path], Table]) -> Any:
         tables[key] = importlib.import_module(request.module).read(request.path)
     table = tables[key]
     if not request.column:
-        return Opening(dict(table.columns), table.piecewise, table.remarks, dict(table.places))
+        return Opening(
+            dict(table.columns), table.piecewise, table.remarks, dict(table.places), dict(table.texts)
+        )
     return np.ascontiguousarray(table.load(request.column, request.first, request.end))
 
 

@@ -46,6 +46,7 @@ class Opening(NamedTuple):
     piecewise: bool
     remarks: tuple[str, ...]
     places: dict[str, Place]
+    texts: dict[str, str]
 
 
 class Request(NamedTuple):
@@ -85,6 +86,7 @@ def read(module: str, path: Path) -> Table:
         piecewise=opened.piecewise,
         remarks=opened.remarks,
         places=opened.places,
+        texts=opened.texts,
     )
 
 

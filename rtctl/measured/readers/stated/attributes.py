@@ -22,6 +22,10 @@ _UNAPPLIED = frozenset(
 """Attributes that may mean a scale, in no agreed way."""
 
 
+LONGEST_TEXT = 500
+"""Characters that are kept of a text."""
+
+
 class Packing(NamedTuple):
     """How the numbers of a column are to be read."""
 
@@ -58,6 +62,13 @@ def text_of(attribute: Any) -> str:
         except UnicodeDecodeError:
             attribute = attribute.decode("latin-1")
     return str(attribute).strip("\0 \t\r\n") if isinstance(attribute, str) else ""
+
+
+def texts_of(attributes: Mapping[str, Any], name: str = "") -> dict[str, str]:
+    """Return the attributes that are texts, by what a reader calls them; `name` is what has them, "": the file."""
+    of = f' of "{name}"' if name else ""
+    found = {f'attribute "{key}"{of}': text_of(value)[:LONGEST_TEXT] for key, value in attributes.items()}
+    return {where: text for where, text in found.items() if text}
 
 
 def numbers_of(attribute: Any) -> NDArray[np.float64]:

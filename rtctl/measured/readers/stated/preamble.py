@@ -97,20 +97,21 @@ def read_preamble(lines: Sequence[NumberedLine], decimal: str) -> Preamble:
     is_time = any(_TIME_AXIS.match(line.text) for line in lines)
     found = [(line, one) for line in lines if (one := _statement(line.text, decimal, is_time)) is not None]
     used = [(line, one, one.period_s) for line, one in found if one.period_s is not None]
-    doubts = [f"{_quoted(line)} {one.doubt}" for line, one in found if one.period_s is None]
+    doubts = [f"{quoted(line)} {one.doubt}" for line, one in found if one.period_s is None]
     if not used:
         return Preamble(doubt="; ".join(doubts))
     line, finest, period_s = min(used, key=lambda one: one[1].rounding)
     for other, one, other_s in used:
         if not abs(other_s / period_s - 1.0) <= SAME + one.rounding + finest.rounding:
             first, second = sorted([(line, period_s), (other, other_s)])
-            both = [f"{_quoted(where)} ({1.0 / size_s:.6g} Hz)" for where, size_s in (first, second)]
+            both = [f"{quoted(where)} ({1.0 / size_s:.6g} Hz)" for where, size_s in (first, second)]
             return Preamble(doubt="; ".join([f"{both[0]} and {both[1]} contradict each other", *doubts]))
     taken_in = "" if finest.has_unit else "Hz" if finest.key.is_rate else "s"
-    return Preamble(period_s, _quoted(line), taken_in, finest.rounding, "; ".join(doubts))
+    return Preamble(period_s, quoted(line), taken_in, finest.rounding, "; ".join(doubts))
 
 
-def _quoted(line: NumberedLine) -> str:
+def quoted(line: NumberedLine) -> str:
+    """Return a line as it is cited: `line 2 "fs = 2 kHz"`."""
     text = " ".join("".join(one if one.isprintable() else " " for one in line.text.replace('"', "")).split())
     return f'line {line.number} "{text[:_SHOWN]}{"..." if len(text) > _SHOWN else ""}"'
 

@@ -59,7 +59,7 @@ def stated_period(*levels: Mapping[str, Any]) -> tuple[float, str] | None:
             named = rate_key(key)
             period_s = None if named is None else _period_s(named, value)
             if period_s is not None:
-                return period_s, f'period by "{key}"'
+                return period_s, f'by "{key}"'
     return None
 
 

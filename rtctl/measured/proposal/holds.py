@@ -1,0 +1,57 @@
+"""How the drive goes on between its rows: by the user's word, by what the file says, or by how it changes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from rtctl.border.arrays import FloatArray
+from rtctl.border.errors import InputError, nearest
+from rtctl.measured.proposal.told_hold import told_hold
+
+HOLDS = ("linear", "zero", "band-limited")
+HELD_SHARE = 0.5
+"""Share of rows that repeat the one before, from which an input is taken as held between its samples."""
+SAID = "you said so"
+UNSEEN = (
+    '{name}: how it goes on between its rows cannot be seen, as it changes from row to row: hold = "linear" (straight '
+    "lines) is taken; where a converter holds each value until the next one, say --hold zero, or the model is off by "
+    "half a sample of delay"
+)
+
+
+class Hold(NamedTuple):
+    """Hold of an input."""
+
+    hold: str
+    why: str
+    doubts: tuple[str, ...] = ()
+
+
+def find_hold(said: str | None, name: str, values: FloatArray | None, texts: Mapping[str, str]) -> Hold:
+    """Return the hold of an input between its samples. Raises InputError for one that is none.
+
+    Args:
+        said: The user's word.
+        name: The input.
+        values: Its numbers (n,).
+        texts: What the file says in words, by where it stands.
+    """
+    where = told_hold(texts)
+    if said is not None:
+        if said not in HOLDS:
+            raise InputError(f"--hold {said}: is none of {', '.join(HOLDS)}{nearest(said, HOLDS)}")
+        contrary = f'{name}: hold = "{said}", as you said, but {where} says that a converter holds its values'
+        return Hold(said, SAID, (contrary,) if where and said != "zero" else ())
+    if where:
+        return Hold("zero", f"by {where}", (f'{name}: hold = "zero" by {where}',))
+    steps = np.diff(values) if values is not None else np.empty(0)
+    if not np.any(steps):
+        return Hold("linear", "it does not change")
+    if np.mean(steps == 0.0) >= HELD_SHARE:
+        return Hold("zero", "it stays and jumps, as the output of a converter does")
+    return Hold(
+        "linear", "it changes from row to row, as a measured signal does", (UNSEEN.format(name=name),)
+    )
