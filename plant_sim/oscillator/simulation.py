@@ -139,7 +139,8 @@ class OscillatorSimulation:
         step_s = stimulus.period_s / between
         courses = [z, v]
         if "acceleration" in self.outputs:
-            before = stimulus.holds.get("drive", "linear") == "zero"
+            # straight lines have corners at the samples too
+            before = stimulus.holds.get("drive", "linear") != "band-limited"
             courses.append(differentiate(v, between, step_s, before=before))
         if any(mechanism.sensor is not None for mechanism in active):
             self._read(courses, step_s, drive, how.substeps // between, active, values)

@@ -69,7 +69,7 @@ def exact(hold: str) -> dict[str, FloatArray]:
 def test_a_response_is_that_of_the_equation(hold: str, response: str) -> None:
     truth = exact(hold)[response]
     found = predicted(bound(response, CUBIC), hold, response)
-    assert np.abs(found - truth).max() < 1e-3 * np.abs(truth).max()
+    assert np.abs(found - truth).max() < 2e-5 * np.abs(truth).max()
 
 
 def test_an_offset_of_the_instrument_is_in_the_response_and_in_its_unit() -> None:
