@@ -14,7 +14,7 @@ from measured_files import write_tdms
 from scipy.io import savemat
 
 import rtctl
-from rtctl.measured.proposal.told_hold import says_held
+from rtctl.measured.proposal.between_rows.told_hold import says_held
 
 M = motion(600)
 

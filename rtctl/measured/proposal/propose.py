@@ -11,9 +11,9 @@ import numpy as np
 
 from rtctl.border.errors import InputError
 from rtctl.measured.manifest.signal_kinds import measured_kinds
+from rtctl.measured.proposal.between_rows.hold import find_hold
 from rtctl.measured.proposal.candidates import SINGLE, Candidate, find_candidates
 from rtctl.measured.proposal.given import Given, check_plant, given_signals
-from rtctl.measured.proposal.holds import find_hold
 from rtctl.measured.proposal.instants.stamps import judge_stamps
 from rtctl.measured.proposal.instants.time_base import find_time, homes_of
 from rtctl.measured.proposal.instants.told_rate import told_rate_hz

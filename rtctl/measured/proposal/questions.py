@@ -12,9 +12,9 @@ from pathlib import Path
 
 from rtctl.border.errors import InputError, nearest
 from rtctl.measured.manifest.signal_kinds import measured_kinds
+from rtctl.measured.proposal.between_rows.hold import HOLDS, SAID
 from rtctl.measured.proposal.candidates import is_count
 from rtctl.measured.proposal.given import NONE, find_column
-from rtctl.measured.proposal.holds import HOLDS, SAID
 from rtctl.measured.proposal.instants.time_base import homes_of, is_near, time_candidates
 from rtctl.measured.proposal.naming.column_units import (
     AS_GRAVITY,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from rtctl.measured.proposal.holds import SAID
+from rtctl.measured.proposal.between_rows.hold import SAID
 from rtctl.measured.proposal.proposal import Proposal, SignalGuess, TimeGuess
 
 

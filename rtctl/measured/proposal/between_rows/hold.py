@@ -9,7 +9,7 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError, nearest
-from rtctl.measured.proposal.told_hold import told_hold
+from rtctl.measured.proposal.between_rows.told_hold import told_hold
 
 HOLDS = ("linear", "zero", "band-limited")
 HELD_SHARE = 0.5
