@@ -24,6 +24,7 @@ from rtctl.measured.proposal.naming.column_units import (
     given_unit,
     read_column,
 )
+from rtctl.measured.proposal.naming.unit_roles import check_motion, check_swapped, doubts_about_units
 from rtctl.measured.proposal.own_equations.roles import assign_named_roles
 from rtctl.measured.proposal.own_equations.signals import with_named_signals, with_signals
 from rtctl.measured.proposal.parts import find_parts, propose_records
@@ -32,7 +33,6 @@ from rtctl.measured.proposal.roles import Choice, Roles, assign_roles
 from rtctl.measured.proposal.scales import given_scales, scale_of
 from rtctl.measured.proposal.survey import Survey
 from rtctl.measured.proposal.sweeps import find_sweep, propose_sweeps
-from rtctl.measured.proposal.unit_roles import check_motion, check_swapped, doubts_about_units
 from rtctl.registry import PlantKind, plant_kind
 
 STAIR_LEVELS, STAIR_ROWS = 20, 3
