@@ -6,11 +6,11 @@ import sys
 from collections.abc import Callable, Sequence
 
 from rtctl.border.errors import InputError
+from rtctl.measured.proposal.asking.questions import Question, next_question
+from rtctl.measured.proposal.asking.taken_guesses import with_reasons
 from rtctl.measured.proposal.proposal import Answers, Proposal
 from rtctl.measured.proposal.propose import propose
-from rtctl.measured.proposal.questions import Question, next_question
 from rtctl.measured.proposal.survey import Survey
-from rtctl.measured.proposal.taken_guesses import with_reasons
 
 Ask = Callable[[str], str]
 MOST_SHOWN = 12
