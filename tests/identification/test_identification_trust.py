@@ -79,7 +79,7 @@ def test_segments_that_follow_do_not_make_a_model_trusted(
     fit = identified(tmp_path, *(spoil(drive, played(drive)) for drive in drives))
     assert not fit.trusted
     assert fit.warnings[0].startswith("do not use this model, because it ")
-    advice = [fit.warnings[0].index(one) for one in ("run rtctl diagnose", "--model", "swapped")]
+    advice = [fit.warnings[0].index(one) for one in ("rtctl diagnose", "--model", "swapped")]
     assert advice == sorted(advice), "what helps comes before what it might be"
     assert all(one.standard_error is None for one in fit.parameters.values())
 
