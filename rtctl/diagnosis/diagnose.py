@@ -33,6 +33,7 @@ from rtctl.diagnosis.screening.excitation_checks import note_few_periods
 from rtctl.diagnosis.screening.screen import screen_dataset
 from rtctl.diagnosis.screening.steps import list_fitted, without_steps
 from rtctl.diagnosis.search.catalogue_search import find_causes
+from rtctl.diagnosis.search.discarded_evidence import restore_evidence
 from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.search.request import DiagnosisOptions, SearchRequest
 from rtctl.diagnosis.search.stepwise import significance_level
@@ -84,7 +85,9 @@ def diagnose(
             steps_per_period=subject.steps_per_period, thresholds=options.thresholds,
             cancellation=options.cancellation,
         )  # fmt: skip
+        fitted = list_fitted(simulation, ids)
         first = fit_nominal(problem, data.simulation, report)
+        first = restore_evidence(first, fitted, options.false_claim_rate)
         judged = whole_tests = tests
         if first.in_strokes:
             judged = cut_test_strokes(problem, first.nominal, tests)
@@ -93,7 +96,6 @@ def diagnose(
             judged, notes = tests, (*notes, note)
         notes = (*notes, *subject.describe_screened(data.simulation))
         problem = allow_misfit(first.problem, subject.stated_misfit(model, dataset))
-        fitted = list_fitted(simulation, ids)
         request = SearchRequest(
             problem, first.nominal, model, dataset, judged, fitted, options, budget, report
         )

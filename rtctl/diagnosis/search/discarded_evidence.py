@@ -1,0 +1,58 @@
+"""Initial parts that show nothing wrong, of a motion that nothing leads elsewhere: what was cut off is the evidence.
+
+Records are cut where free runs take another course, since between two wells or at a jump a model with any error does
+so sooner or later. A resonator without either cannot: where it leaves a record for good, something struck it there,
+such as a stop that only the largest motion reaches. Then whole records are judged.
+
+A spring with a cubic force jumps if its frequency shifts by 3 |k3| A^2 / (8 w) >= c / sqrt(3) at the amplitude A
+(A. Nayfeh, D. Mook, Nonlinear Oscillations, 1979, section 4.1).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from rtctl.border.simulation import Simulation
+from rtctl.diagnosis.nominal_fit.nominal_fit import NominalFit
+from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.residual.residual_tests import run_residual_tests
+from rtctl.diagnosis.search.stepwise import significance_level
+
+SAFE_SHARE = 0.5
+"""Share of the shift at which the motion jumps, below which it does not: parameters and amplitude are estimates."""
+
+
+def restore_evidence(first: NominalFit, ids: Sequence[str], false_claim_rate: float) -> NominalFit:
+    """Return the fit of whole records where their initial parts hide what is wrong; itself otherwise.
+
+    Args:
+        first: The re-fitted nominal model.
+        ids: Mechanisms that are searched.
+        false_claim_rate: How often a cause may be claimed where there is none.
+    """
+    if not first.parted or first.whole is None or may_jump(first.nominal.simulation, first.problem):
+        return first
+    tested = run_residual_tests(first.nominal, first.problem, ids)
+    if not tested.p_value > significance_level(first.problem, false_claim_rate):
+        return first
+    problem, nominal = first.whole
+    return first._replace(problem=problem, nominal=nominal, notes=first.notes[:-1], parted=False)
+
+
+def may_jump(simulation: Simulation, problem: Problem) -> bool:
+    """Return whether the motion may go another way, between wells or at a jump; True where that is not known."""
+    values = {one.name: one.value for one in simulation.parameters}
+    known = values.keys() <= {"damping", "stiffness", "stiffness_cubic", "drive_gain"}
+    if not known or simulation.mechanisms or not values["stiffness"] > 0.0:
+        return True
+    readings = [one.measured.get(problem.subject.output) for one in problem.records]
+    if problem.subject.output != "displacement" or any(one is None for one in readings):
+        return bool(values.get("stiffness_cubic", 0.0))
+    amplitude = max(float(np.ptp(one)) / 2.0 for one in readings if one is not None)
+    shift = (
+        3.0 * abs(values.get("stiffness_cubic", 0.0)) * amplitude**2 / (8.0 * math.sqrt(values["stiffness"]))
+    )
+    return shift > SAFE_SHARE * values["damping"] / math.sqrt(3.0)
