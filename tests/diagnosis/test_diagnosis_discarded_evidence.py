@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from diagnosis_cases import PERIOD_S, dataset_of, device, measured, noise_drive, problem_of
