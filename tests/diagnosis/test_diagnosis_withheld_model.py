@@ -19,7 +19,7 @@ from rtctl.cli.verbs.modelling.diagnose import next_words, say_next_experiment
 from rtctl.cli.verbs.modelling.identify import is_diagnosed_next
 from rtctl.diagnosis.problem.subject import Rehearsal
 from rtctl.diagnosis.report.files import scenario_text
-from rtctl.diagnosis.report.words.findings import spring_sentence
+from rtctl.diagnosis.report.words.findings import describe_spring, spring_sentence
 from rtctl.diagnosis.search.holdout_error import Gain
 from rtctl.diagnosis.verification.misfit_checks import require_model_follows
 from rtctl.diagnosis.verification.verdict import Verdict
@@ -237,6 +237,15 @@ def test_a_spring_that_hardens_is_told_in_words(friction: rtctl.Diagnosis, tmp_p
     )
     assert said.endswith(" % of it at the largest displacement, 20 mm.")
     assert spring_sentence((stiff,)) == ""
+
+
+def test_no_spring_is_told_beside_causes_that_leave_something(
+    friction: rtctl.Diagnosis, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("rtctl.diagnosis.report.words.findings.spring_sentence", lambda derived: "a spring")
+    assert describe_spring(friction.answer) == "a spring"
+    for verdict in ("partly_explained", "unexplained"):
+        assert describe_spring(replace(friction.answer, verdict=verdict)) == ""
 
 
 def test_who_has_only_a_file_is_told_how_to_play_the_next_experiment(

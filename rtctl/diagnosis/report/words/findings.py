@@ -65,8 +65,12 @@ def name_beyond_linear(diagnosis: Diagnosis) -> str:
 
 
 def describe_spring(diagnosis: Diagnosis) -> str:
-    """Return what a cubic spring that matters means, as a sentence; "" without one."""
-    return "" if diagnosis.verdict == "unexplained" else spring_sentence(diagnosis.derived)
+    """Return what a cubic spring that matters means, as a sentence; "" without one, or where something else is left.
+
+    Beside a cause of which the law is not exact, such as a stop, a spring takes up a part of that.
+    """
+    certain = diagnosis.verdict in ("adequate", "explained")
+    return spring_sentence(diagnosis.derived) if certain else ""
 
 
 def spring_sentence(derived: tuple[Derived, ...]) -> str:
