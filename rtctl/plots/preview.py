@@ -96,7 +96,7 @@ def _durations(placed: Sequence[Placed]) -> list[str]:
     unscored_s = sum(one.record.ignore_first * one.record.period_s for one in placed)
     if shared_s > 0.0:
         found.append(
-            f"{shared_s:.4g} s of the file are in two records, and only start the motion of the later one"
+            f"{shared_s:.4g} s of the file are in two records, and only lead to what the later one is scored by"
         )
     elif unscored_s > 0.0:
         found.append(f"{unscored_s:.4g} s at the beginnings only start the motion")

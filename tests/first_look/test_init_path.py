@@ -59,3 +59,14 @@ def test_python_gives_path_guesses_and_summary_and_never_asks(
     assert "r.csv" not in repr(found)
     assert json.dumps(found.to_dict())
     assert "displacement" in found._repr_html_()
+
+
+def test_a_test_record_begins_where_the_fit_does_so_that_a_drift_counts_from_the_same_instant(
+    tmp_path: Path,
+) -> None:
+    m = motion(6000, 1000.0, 4)
+    write_text(tmp_path / "r.csv", "t [s],u [V],x [mm]\n", m.t, m.u, m.x)
+    fit, test = rtctl.init(tmp_path / "r.csv", plot=False).dataset.records
+    assert (fit.samples, fit.ignore_first) == (4000, 0)
+    assert (test.samples, test.ignore_first, test.use) == (6000, 4000, "test")
+    assert test.signals["displacement"][0] == fit.signals["displacement"][0]

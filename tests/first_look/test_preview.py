@@ -173,7 +173,7 @@ def test_the_picture_tells_that_two_records_overlap(tmp_path: Path) -> None:
     shown = rtctl.init(path, plot=False).summary
     words = words_of(shown)
     assert "2 records of an oscillator, 6 s" in words
-    assert "fit 4 s in 1 record; test 4 s in 1 record; 2 s of the file are in two records" in words
+    assert "fit 4 s in 1 record; test 6 s in 1 record; 4 s of the file are in two records" in words
 
 
 def test_records_that_share_nothing_are_not_said_to(manifest: Path) -> None:

@@ -154,15 +154,17 @@ def _title(survey: Survey) -> str:
 
 
 def _cut_in_two(record: RecordGuess, rows: int) -> tuple[RecordGuess, ...]:
-    """Cut one record: the last third is the test, behind rows that only start its motion."""
+    """Cut one record: the last third is the test, which begins where the record does, unscored until then.
+
+    What counts from a record's start, a drift or a memory, is the same in both parts so.
+    """
     first, end = record.rows or (0, rows)
     if end - first < FEWEST_ROWS:
         return (record,)
     cut = end - int(TEST_SHARE * (end - first))
-    begin = max(first, cut - (end - cut))
     fit = replace(record, rows=(first, cut), why="the first two thirds")
-    why = f"the last third; its first {cut - begin} rows, which the fit has too, only start the motion"
-    return fit, replace(record, rows=(begin, end), ignore_first=cut - begin, use="test", why=why)
+    why = f"the last third; the {cut - first} rows before it, which the fit has, only lead there from the same start"
+    return fit, replace(record, rows=(first, end), ignore_first=cut - first, use="test", why=why)
 
 
 def _called(record: RecordGuess) -> str:
