@@ -17,44 +17,33 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from compare_estimators import SCENARIOS, identified
 
+from drivers.inprocess import InProcessDriver
 from plant_sim.catalogue import bundled_plant
-from rtctl.border.records import DeviceProfile, Driver, Measurement
+from plant_sim.device import SimulatedDevice
+from rtctl.border.records import Measurement
 from rtctl.models.vo2 import Vo2Model
 from rtctl.scenario.schema import load_scenario
 from rtctl.session.closed_loop import track
-from rtctl.wiring import build_driver
+from rtctl.wiring import load_plant
 
 NAMES = ("steps", "multisine_1_10hz")
 ROOMS_K = (-4, -2, 1, 3, 6, 8, 12)
 SEED = 31
 
 
-class WrongReadings:
-    """A driver some of whose readings are wrong."""
+class WrongReadings(InProcessDriver):
+    """A simulated device some of whose readings are wrong."""
 
-    def __init__(self, driver: Driver, wrong: dict[int, float]) -> None:
-        self.profile: DeviceProfile = driver.profile
-        self.identity = ""
-        self._driver, self._wrong, self._count = driver, wrong, 0
-
-    def open(self, *, lockstep_period_us: int | None, watchdog_ms: int, timeout_s: float) -> Measurement:
-        """Open the driver."""
-        first = self._driver.open(
-            lockstep_period_us=lockstep_period_us, watchdog_ms=watchdog_ms, timeout_s=timeout_s
-        )
-        self.identity = self._driver.identity
-        return first
+    def __init__(self, device: SimulatedDevice, wrong: dict[int, float]) -> None:
+        super().__init__(device)
+        self._wrong, self._count = wrong, 0
 
     def exchange(self, levels: Sequence[float]) -> Measurement:
         """Exchange, and replace the reading where it is to be wrong."""
-        reading = self._driver.exchange(levels)
+        reading = super().exchange(levels)
         self._count += 1
         wrong = self._wrong.get(self._count)
         return reading if wrong is None else reading._replace(sensed=(wrong,))
-
-    def close(self, safe_levels: Sequence[float]) -> None:
-        """Close the driver."""
-        self._driver.close(safe_levels)
 
 
 def main() -> None:
@@ -108,10 +97,9 @@ def run(args: argparse.Namespace, name: str, model: Vo2Model, plant: Path, wrong
     """Return mean self-sensing and tracking error of a run [percent of the range]."""
     scenario, _ = load_scenario(
         SCENARIOS / f"{name}.toml",
-        [f'driver.device="{plant}"', f"driver.seed={SEED}", f"estimator.kind={args.estimator}",
-         f'scenario.duration="{args.seconds} s"'],
+        [f"estimator.kind={args.estimator}", f'scenario.duration="{args.seconds} s"'],
     )  # fmt: skip
-    driver = WrongReadings(build_driver(scenario, SCENARIOS), wrong)
+    driver = WrongReadings(SimulatedDevice(load_plant(plant, seed=SEED)), wrong)
     signals = track(scenario, model, driver, lambda: False)[0].signals
     true, percent = signals["deflection"], 100.0 / model.deflection.width
     errors = [np.abs(signals[one] - true).mean() * percent for one in ("estimate", "setpoint")]

@@ -31,7 +31,7 @@ class FaultyDriver:
         self.identity = ""
         self.injected: Counter[str] = Counter()
         """What was done so far, by kind."""
-        self.tell: Callable[[str], None] = lambda kind: None
+        self.on_injected: Callable[[str], None] = lambda kind: None
         """Is called with the kind of each fault when it strikes, in the thread that listens to the line."""
         self._make, self._plan = make, plan
         self._driver: Driver | None = None
@@ -99,7 +99,7 @@ class FaultyDriver:
         for line in report:
             kind = line.split()[1]
             self.injected[kind] += 1
-            self.tell(kind)
+            self.on_injected(kind)
 
     def _finish(self, process: subprocess.Popen[str], listener: threading.Thread) -> None:
         assert process.stdin is not None

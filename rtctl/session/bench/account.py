@@ -22,6 +22,7 @@ from rtctl.recording.mapped import Keeper, MappedRecorder
 from rtctl.recording.parquet import ROWS_OF_A_GROUP, write_parquet_parts
 from rtctl.recording.rows import Columns
 from rtctl.session.live.control_socket import PARAMETERS, listening
+from rtctl.session.live.injected_faults import bursts_struck
 from rtctl.session.run_folder import EVENTS, SIGNALS, set_aside
 
 PARQUET = "signals.parquet"
@@ -55,9 +56,7 @@ class BenchAccount:
         elif kind == "chance":
             before, more = self._struck[name], round(value)
             self._struck[name] += more
-            words = f"{more} {'burst' if more == 1 else 'bursts'} of bytes struck by chance"
-            so_far = f", {before + more} so far" if before else ""
-            self._events.note(index, "fault", fault=name, message=f"{words}{so_far}", count=more)
+            self._events.note(index, "fault", fault=name, message=bursts_struck(more, before), count=more)
         else:
             lasts = f"for {readable(value, 's')}" if value > 0.0 else "once"
             self._events.note(index, kind, fault=name, message=lasts)

@@ -18,11 +18,17 @@ EVERY_S = 1.0
 """The first fault of a kind is noted when it strikes, later ones together, once in this time [s]."""
 
 
+def bursts_struck(more: int, before: int) -> str:
+    """Return `3 bursts of bytes struck by chance, 5 so far`, of which there were some `before`."""
+    words = f"{more} {'burst' if more == 1 else 'bursts'} of bytes struck by chance"
+    return f"{words}, {before + more} so far" if before else words
+
+
 @runtime_checkable
 class InjectsFaults(Protocol):
     """A driver whose line has faults on purpose."""
 
-    tell: Callable[[str], None]
+    on_injected: Callable[[str], None]
     """Is called with the kind of each fault when it strikes, in a thread of the driver's own."""
 
 
@@ -51,12 +57,9 @@ class InjectedFaults:
     def _note(self, kind: str) -> None:
         more = self._waiting.pop(kind)
         before, self._noted[kind] = self._noted[kind], self._noted[kind] + more
-        words = f"{more} {'burst' if more == 1 else 'bursts'} of bytes struck on purpose"
-        so_far = f", {before + more} so far" if before else ""
         self._next_s[kind] = self._now_s() + EVERY_S
-        self._events.note(
-            self._count_rows(), INJECTED, fault=kind, message=f"{words}{so_far}", count=before + more
-        )
+        message = bursts_struck(more, before)
+        self._events.note(self._count_rows(), INJECTED, fault=kind, message=message, count=more)
 
 
 @contextmanager
@@ -66,9 +69,9 @@ def noted_faults(driver: Driver, recording: Recording) -> Iterator[None]:
         yield
         return
     faults = InjectedFaults(recording.events, lambda: len(recording.signals))
-    driver.tell = faults.struck
+    driver.on_injected = faults.struck
     try:
         yield
     finally:
-        driver.tell = lambda kind: None
+        driver.on_injected = lambda kind: None
         faults.finish()
