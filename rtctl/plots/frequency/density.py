@@ -46,12 +46,11 @@ def amplitude_density(
 
 def _segment_powers(values: FloatArray, hop: int) -> FloatArray:
     """Return the one-sided power (segments, frequencies) of each segment."""
+    from scipy.signal import spectrogram
+
     mirrored = np.pad(values, 3 * hop // 2, mode="symmetric")
-    window = np.sin(np.pi * (np.arange(4 * hop) + 0.5) / (4 * hop)) ** 2
-    starts = range(0, len(mirrored) - 4 * hop + 1, hop)
-    powers = np.stack([np.abs(np.fft.rfft(window * mirrored[k : k + 4 * hop])) ** 2 for k in starts])
-    powers[:, 1:-1] *= 2.0
-    return powers
+    *_, powers = spectrogram(mirrored, window="hann", nperseg=4 * hop, noverlap=3 * hop, detrend=False)
+    return np.asarray(powers.T)
 
 
 def _mean_power(powers: FloatArray) -> FloatArray:
