@@ -27,8 +27,8 @@ BEGINS_IN_MOTION = (
     "start the state and are not scored"
 )
 BEGINS_DRIVEN = (
-    "{} of {} records begin with a drive that is already at work: what it was before their first sample is not known, "
-    "and a late drive is still that one, so their first {:.3g} s start the state and are not scored"
+    "the drive of {} of {} records is not zero at their first sample, and what it was before is not known: a device "
+    "that feels its drive late feels that at first, so their first {:.3g} s are not scored"
 )
 UNKNOWN_HISTORY = (
     "{} not begin where a full cooling leaves the device (the first readings are off by {:.0%} of the signal's RMS): "

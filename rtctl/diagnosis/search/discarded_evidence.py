@@ -13,16 +13,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-import numpy as np
-
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.nominal_fit.nominal_fit import NominalFit
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.stepwise import significance_level
-
-SAFE_SHARE = 0.5
-"""Share of the shift at which the motion jumps, below which it does not: parameters and amplitude are estimates."""
+from rtctl.identification.scales import find_largest_displacement
 
 
 def restore_evidence(first: NominalFit, ids: Sequence[str], false_claim_rate: float) -> NominalFit:
@@ -46,13 +42,9 @@ def may_jump(simulation: Simulation, problem: Problem) -> bool:
     """Return whether the motion may go another way, between wells or at a jump; True where that is not known."""
     values = {one.name: one.value for one in simulation.parameters}
     known = values.keys() <= {"damping", "stiffness", "stiffness_cubic", "drive_gain"}
-    if not known or simulation.mechanisms or not values["stiffness"] > 0.0:
+    stiffness, cubic = values.get("stiffness", 0.0), abs(values.get("stiffness_cubic", 0.0))
+    if not known or simulation.mechanisms or not stiffness > 0.0:
         return True
-    readings = [one.measured.get(problem.subject.output) for one in problem.records]
-    if problem.subject.output != "displacement" or any(one is None for one in readings):
-        return bool(values.get("stiffness_cubic", 0.0))
-    amplitude = max(float(np.ptp(one)) / 2.0 for one in readings if one is not None)
-    shift = (
-        3.0 * abs(values.get("stiffness_cubic", 0.0)) * amplitude**2 / (8.0 * math.sqrt(values["stiffness"]))
-    )
-    return shift > SAFE_SHARE * values["damping"] / math.sqrt(3.0)
+    rate = math.sqrt(stiffness)
+    shift = 3.0 * cubic * find_largest_displacement(problem.records, rate) ** 2 / (8.0 * rate)
+    return shift > problem.thresholds.nominal_fit.jump_share * values.get("damping", 0.0) / math.sqrt(3.0)
