@@ -68,10 +68,13 @@ def test_a_number_of_few_digits_has_no_power_of_ten() -> None:
 @pytest.mark.parametrize(
     ("value", "error", "unit", "text"),
     [
-        (26.000145, 1.02e-4, "Hz", "26.000145 Hz, standard error 0.0001 Hz"),
-        (-2.000391e9, 1.9e5, "1/(m^2*s^2)", "-2.000391e+09 1/(m^2*s^2), standard error 1.9e+05 1/(m^2*s^2)"),
+        (26.000145, 1.02e-4, "Hz", "26.00014 Hz, standard error 0.0001 Hz"),
+        (-2.000391e9, 1.9e5, "1/(m^2*s^2)", "-2.00039e+09 1/(m^2*s^2), standard error 1.9e+05 1/(m^2*s^2)"),
         (12304.04, 0.25, "1/s^2", "12304.04 1/s^2, standard error 0.25 1/s^2"),
-        (0.0, 0.002, "mm", "0 um, standard error 2 um"),
+        (33.000001, 1.5e-4, "Hz", "33.00000 Hz, standard error 0.00015 Hz"),
+        (-4.1e8, 3.0e9, "1/s^2", "-4.1e+08 1/s^2, standard error 3e+09 1/s^2"),
+        (0.0, 3.0e9, "1/s^2", "0 1/s^2, standard error 3e+09 1/s^2"),
+        (0.0, 0.002, "mm", "0.0 um, standard error 2 um"),
         (1.8, 0.0, "%", "1.8 %"),
     ],
 )

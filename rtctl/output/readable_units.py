@@ -95,12 +95,15 @@ def significant(value: float, low: float, high: float) -> tuple[str, str, str]:
 
 
 def with_standard_error(value: float, error: float, unit: str) -> str:
-    """Return `26.0001 Hz, standard error 0.0002 Hz`, in the unit that fits; the value alone without an error."""
+    """Return `26.00010 Hz, standard error 0.00021 Hz`, to two digits of the error; the value alone without one."""
     if not (error > 0.0 and math.isfinite(error)):
         return readable(value, unit)
     scaled = readable_unit(max(abs(value), error), unit)
     centre, wide = scaled.of(value), scaled.of(error)
-    digits = min(10, max(2, 2 + math.ceil(math.log10(max(abs(centre) / wide, 1.0)))))
+    decimals = 1 - math.floor(math.log10(wide))
+    if decimals >= 0 and abs(centre) < _PLAIN_WITH_ERROR:
+        number = f"{centre:.{min(decimals, 12)}f}"
+    else:
+        number = f"{centre:.{max(1, decimals + math.floor(math.log10(max(abs(centre), wide))) + 1)}g}"
     plain = "" if scaled.unit in ("", "1", "dimensionless") else f" {scaled.unit}"
-    number = _rounded(centre, digits, _PLAIN_WITH_ERROR)
     return f"{number}{plain}, standard error {scaled.text(error, 2)}"

@@ -85,21 +85,16 @@ def _detail(summary: Summary, placed: Sequence[Placed]) -> str:
 
 
 def _durations(placed: Sequence[Placed]) -> list[str]:
-    """Return how long the records of each use are, and how much of that is in two of them or is not scored."""
+    """Return how long the scored parts of the records of each use are, and what comes before them."""
     found = []
     for use in COLORS:
         records = [one.record for one in placed if one.record.use == use]
-        if records:
-            several = f"{len(records)} record{'s' if len(records) > 1 else ''}"
-            found.append(f"{use} {sum(one.samples * one.period_s for one in records):.4g} s in {several}")
-    shared_s = sum(one.first * one.record.period_s for one in placed)
-    unscored_s = sum(one.record.ignore_first * one.record.period_s for one in placed)
-    if shared_s > 0.0:
-        found.append(
-            f"{shared_s:.4g} s of the file are in two records, and only lead to what the later one is scored by"
-        )
-    elif unscored_s > 0.0:
-        found.append(f"{unscored_s:.4g} s at the beginnings only start the motion")
+        if not records:
+            continue
+        scored_s = sum((one.samples - one.ignore_first) * one.period_s for one in records)
+        before_s = sum(one.ignore_first * one.period_s for one in records)
+        words = f"{use} {scored_s:.4g} s in {len(records)} record{'s' if len(records) > 1 else ''}"
+        found.append(f"{words}, after {before_s:.4g} s that only lead there" if before_s > 0.0 else words)
     return found
 
 

@@ -233,7 +233,7 @@ def test_a_spring_that_hardens_is_told_in_words(friction: rtctl.Diagnosis, tmp_p
     )
     said = spring_sentence(told)
     assert said.startswith(
-        "The spring hardens: its cubic force is as large as the linear one at 8.8 mm, standard "
+        "The spring hardens: its cubic force is as large as the linear one at 8.80000 mm, standard "
     )
     assert said.endswith(" % of it at the largest displacement, 20 mm.")
     assert spring_sentence((stiff,)) == ""

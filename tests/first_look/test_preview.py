@@ -168,18 +168,18 @@ def words_of(shown: rtctl.Preview) -> str:
     return " | ".join(str(one.get_text()) for one in shown.plot().findobj(Text))
 
 
-def test_the_picture_tells_that_two_records_overlap(tmp_path: Path) -> None:
+def test_the_picture_tells_what_only_leads_to_the_test(tmp_path: Path) -> None:
     path = write_text(tmp_path / "r.csv", "t [s],u [V],x [mm]\n", M.t, M.u, M.x)
     shown = rtctl.init(path, plot=False).summary
     words = words_of(shown)
     assert "2 records of an oscillator, 6 s" in words
-    assert "fit 4 s in 1 record; test 6 s in 1 record; 4 s of the file are in two records" in words
+    assert "fit 4 s in 1 record; test 2 s in 1 record, after 4 s that only lead there" in words
 
 
-def test_records_that_share_nothing_are_not_said_to(manifest: Path) -> None:
-    assert "in two records" not in words_of(rtctl.preview(manifest))
+def test_nothing_leads_to_records_that_are_scored_from_their_first_row(manifest: Path) -> None:
+    assert "only lead there" not in words_of(rtctl.preview(manifest))
     manifest.write_text(MANIFEST + "ignore_first = 500\n")
-    assert "0.5 s at the beginnings only start the motion" in words_of(rtctl.preview(manifest))
+    assert "after 0.5 s that only lead there" in words_of(rtctl.preview(manifest))
 
 
 def test_the_largest_place_of_a_response_is_not_given_as_a_natural_frequency(
