@@ -268,3 +268,12 @@ def test_a_finding_about_every_record_is_printed_once(
     said = refusal(capsys, table(tmp_path, "t [s],u [V],x [mm]\n", M.t, M.u, x))
     assert len(set(said.splitlines())) == len(said.splitlines())
     assert "records.0" not in said
+
+
+@pytest.mark.parametrize("said", ["b.csv", "last third"])
+def test_a_test_record_that_one_file_does_not_have_is_refused_too(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], said: str
+) -> None:
+    path = table(tmp_path, "t [s],u [V],x [mm]\n", M.t, M.u, M.x, name="a.csv")
+    assert f"--test {said}: no such data file" in refusal(capsys, path, "--test", said, "--no-plot")
+    assert [one.name for one in tmp_path.iterdir()] == ["a.csv"]

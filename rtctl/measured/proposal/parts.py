@@ -122,6 +122,7 @@ def propose_records(
             why = "a quasi-static staircase" if steps else ""
             found.append(RecordGuess(file=survey.path, group=survey.group, title=_title(survey), use=use, why=why,
                                      rows=None if whole else one, name=name, rate_hz=rate_hz))  # fmt: skip
+    _check_test(found, test)
     if all(staircase) or test == NO_TEST:
         return tuple(found)
     if len(found) == 1:
@@ -172,15 +173,21 @@ def _called(record: RecordGuess) -> str:
     return record.file.stem if record.group is None else f"{record.group} {record.title}"
 
 
+def _check_test(records: Sequence[RecordGuess], test: str | None) -> None:
+    """Raise InputError where the test record that the user names is none of the files or groups."""
+    names = [(one.file.name, one.group) for one in records]
+    if test in (None, LAST_THIRD, NO_TEST) or any(test in one for one in names):
+        return
+    known = [*(group or file for file, group in names), LAST_THIRD, NO_TEST]
+    what = "group or data file" if any(group for _, group in names) else "data file"
+    raise InputError(f"--test {test}: no such {what}{nearest(str(test), known)}")
+
+
 def _choose_tests(records: Sequence[RecordGuess], test: str | None) -> tuple[RecordGuess, ...]:
     names = [(one.file.name, one.group) for one in records]
     usable = [k for k, one in enumerate(records) if one.use != "identify"]
     named = [k for k in usable if _TEST_NAME.search(_called(records[k]))]
     if test is not None and test != LAST_THIRD:
-        if not any(test in one for one in names):
-            known = [group or file for file, group in names]
-            what = "group or data file" if any(group for _, group in names) else "data file"
-            raise InputError(f"--test {test}: no such {what}{nearest(test, known)}")
         chosen, why = [k for k in usable if test in names[k]], "you said so"
     elif named and len(named) < len(usable):
         chosen, why = named, "its name says so"
