@@ -12,7 +12,7 @@ from rtctl.border.work import metered
 from rtctl.diagnosis.experiment_design.isolability import compute_isolability
 from rtctl.diagnosis.experiment_design.next_experiment import propose_experiment
 from rtctl.diagnosis.nominal_fit.misfit.allowed_misfit import allow_misfit
-from rtctl.diagnosis.nominal_fit.nominal_fit import fit_nominal
+from rtctl.diagnosis.nominal_fit.nominal_fit import NominalFit, fit_nominal
 from rtctl.diagnosis.nominal_fit.parameter_shift import note_large_shifts
 from rtctl.diagnosis.nominal_fit.predictability import cut_unpredictable_tests
 from rtctl.diagnosis.nominal_fit.segmentation import cut_test_strokes
@@ -46,6 +46,7 @@ from rtctl.diagnosis.verification.whole_record_fits import (
     fit_whole_records,
     noise_rms_of,
 )
+from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.simulation_error.output_error import open_thread_pool
 from rtctl.measured.dataset import Dataset
 
@@ -86,15 +87,10 @@ def diagnose(
             cancellation=options.cancellation,
         )  # fmt: skip
         fitted = list_fitted(simulation, ids)
-        first = fit_nominal(problem, data.simulation, report)
-        first = restore_evidence(first, fitted, options.false_claim_rate)
-        judged = whole_tests = tests
-        if first.in_strokes:
-            judged = cut_test_strokes(problem, first.nominal, tests)
-        elif tests and first.problem.samples < problem.samples:
-            tests, note = cut_unpredictable_tests(problem, first.nominal, tests)
-            judged, notes = tests, (*notes, note)
-        notes = (*notes, *subject.describe_screened(data.simulation))
+        nominal = fit_nominal(problem, data.simulation, report)
+        first = restore_evidence(nominal, fitted, options.false_claim_rate)
+        whole_tests, (tests, judged, cut) = tests, _cut_tests(problem, first, tests)
+        notes = (*notes, *cut, *subject.describe_screened(data.simulation))
         problem = allow_misfit(first.problem, subject.stated_misfit(model, dataset))
         request = SearchRequest(
             problem, first.nominal, model, dataset, judged, fitted, options, budget, report
@@ -119,6 +115,18 @@ def diagnose(
         if not is_final:
             answer = explain_by_file_value(answer, request, data.simulation, holdout)
         return explain_by_steps(answer, request._replace(ids=ids, tests=whole_tests), given)
+
+
+def _cut_tests(
+    problem: Problem, first: NominalFit, tests: tuple[FitRecord, ...]
+) -> tuple[tuple[FitRecord, ...], tuple[FitRecord, ...], tuple[str, ...]]:
+    """Return the test records that are scored, those that a search is judged by, and what is said of them."""
+    if first.in_strokes:
+        return tests, cut_test_strokes(problem, first.nominal, tests), ()
+    if not tests or first.problem.samples == problem.samples:
+        return tests, tests, ()
+    pieces, note = cut_unpredictable_tests(problem, first.nominal, tests)
+    return pieces, pieces, (note,)
 
 
 def _answer(
