@@ -45,6 +45,27 @@ def test_a_resonator_has_its_textbook_figures() -> None:
     assert found["static deflection per drive"].value == pytest.approx(300.0 / (2.0 * math.pi * 15.0) ** 2)
 
 
+@pytest.mark.parametrize(
+    ("stop", "where", "frequency"),
+    [
+        ({"above": (3e4, "1/s^2"), "place": (0.2, "mm")}, "off", 15.0),
+        ({"below": (3e4, "1/s^2"), "place": (0.2, "mm")}, "on", math.hypot(15.0, math.sqrt(3e4) / (2.0 * math.pi))),
+        ({"below": (3e4, "1/s^2"), "place": (-0.2, "mm")}, "off", 15.0),
+        ({"stiffness": (3e4, "1/s^2"), "lower": (-0.1, "mm"), "upper": (0.2, "mm")}, "off", 15.0),
+        ({"stiffness": (3e-2, "1/ms^2"), "lower": (0.1, "mm"), "upper": (0.2, "mm")}, "on",
+         math.hypot(15.0, math.sqrt(3e4) / (2.0 * math.pi))),
+    ],
+)  # fmt: skip
+def test_beside_a_stop_the_frequency_is_that_off_it_unless_the_device_rests_on_it(
+    stop: Mapping[str, tuple[float, str]], where: str, frequency: float
+) -> None:
+    estimates = {name: estimate(*value) for name, value in stop.items()}
+    identity = "stop.two_sided" if "lower" in stop else "stop.one_sided"
+    found = by_name({"": RESONATOR, identity: estimates}, {"drive": "V", "displacement": "mm"})
+    assert found[f"natural frequency {where} the stop"].value == pytest.approx(frequency)
+    assert "natural frequency" not in found
+
+
 def test_a_friction_is_a_drive_whatever_the_units_of_the_parameters() -> None:
     friction = {"friction.coulomb": {"level": estimate(0.45, "m/s^2", 0.01)}}
     found = by_name({"": RESONATOR, **friction}, {"drive": "mV", "displacement": "um"})

@@ -3,6 +3,7 @@
     f0 = sqrt(k) / 2 pi,  zeta = c / (2 sqrt k),  Q = 1 / (2 zeta)           one rest position, k > 0
     f(z_w) = 0,  f_w = sqrt f'(z_w) / 2 pi,  F = max |f(0 ... z_w)|          in wells, k < 0
     T = 1 / c                                                                a body without a spring
+    f = sqrt(k + k_s) / 2 pi                                                 at rest on a stop of stiffness k_s
     z_1 = sqrt(k / |k3|),  r = k3 z_max^2 / k                                a spring that hardens or softens, k > 0
 
 with f the restoring force and F the least steady force that leaves no rest position in the well. A force per mass a
@@ -32,14 +33,9 @@ TERMS = (
 HARDENING, SOFTENING = "hardening spring", "softening spring"
 LEAST_CUBIC = 0.01
 """Share of the cubic force in the linear one, at the largest displacement, from which it is told."""
-ALTERING = {
-    "stiffness.gravity",
-    "stiffness.clearance",
-    "stiffness.viscoelastic",
-    "stop.one_sided",
-    "stop.two_sided",
-}
+ALTERING = {"stiffness.gravity", "stiffness.clearance", "stiffness.viscoelastic"}
 """Mechanisms with which small motions do not follow from the stiffness alone."""
+STOPS = ("stop.one_sided", "stop.two_sided")
 REST = ("drive.offset", "offset")
 """Mechanism and parameter of a constant drive."""
 
@@ -83,6 +79,8 @@ def _of_the_motion(estimates: Estimates, units: Mapping[str, str]) -> list[Deriv
         return []
     if stiffness is None or stiffness.value == 0.0:
         return derive("time constant of the speed", "s", lambda c: 1.0 / c, damping)
+    if set(STOPS) & set(estimates):
+        return _beside_stops(estimates, stiffness, damping) if stiffness.value > 0.0 else []
     if stiffness.value < 0.0:
         return _of_wells(estimates, z, units.get("drive", ""))
     found = [
@@ -94,6 +92,34 @@ def _of_the_motion(estimates: Estimates, units: Mapping[str, str]) -> list[Deriv
         of = _in(f"({gain.unit})/({stiffness.unit})", per_drive, lambda g, k: g / k)
         found += derive("static deflection per drive", per_drive, of, gain, stiffness)
     return found
+
+
+def _beside_stops(
+    estimates: Estimates, stiffness: Estimated, damping: Estimated | None
+) -> list[Derived]:
+    """Return frequency and damping of small motions about the rest without drive, off a stop or on one."""
+    pressed = [one for name in STOPS if name in estimates for one in _pressed(estimates[name])]
+    if not pressed:
+        return [
+            *derive("natural frequency off the stop", "Hz", lambda k: math.sqrt(k) / (2.0 * math.pi), stiffness),
+            *_of_damping(" off the stop", damping, math.sqrt, stiffness),
+        ]  # fmt: skip
+    factor = convert(1.0, pressed[0].unit, stiffness.unit)
+
+    def rate(k: float, stop: float) -> float:
+        return math.sqrt(k + factor * stop)
+
+    of = (stiffness, pressed[0])
+    return derive("natural frequency on the stop", "Hz", lambda *v: rate(*v) / (2.0 * math.pi), *of)
+
+
+def _pressed(stop: Mapping[str, Estimated]) -> list[Estimated]:
+    """Return the stiffness of the stop that a spring without force is pressed into; none where it is free."""
+    if "stiffness" in stop:
+        free = stop["lower"].value <= 0.0 <= stop["upper"].value
+        return [] if free else [stop["stiffness"]]
+    side = "above" if stop["place"].value < 0.0 else "below"
+    return [stop[side]] if side in stop and stop[side].value > 0.0 else []
 
 
 def _of_cubic_force(estimates: Estimates, units: Mapping[str, str], largest: float) -> list[Derived]:

@@ -13,6 +13,8 @@ from rtctl.output.readable_units import readable, with_standard_error
 
 MAIN = ("natural frequency", "damping ratio")
 """Beginnings of the names of the quantities that stand on top."""
+CERTAIN = ("adequate", "explained")
+"""Verdicts after which the model lacks nothing that the data show."""
 CUBIC = "stiffness_cubic"
 DOUBTED = " (the model lacks something, so these values may be off by more)"
 
@@ -40,7 +42,7 @@ def main_quantities(derived: tuple[Derived, ...]) -> list[Derived]:
 def describe_main_quantities(diagnosis: Diagnosis) -> str:
     """Return natural frequency and damping ratio with their standard errors; "" where the model has none."""
     said = "; ".join(with_error(one) for one in main_quantities(diagnosis.derived))
-    return said + (DOUBTED if said and diagnosis.verdict == "unexplained" else "")
+    return said + (DOUBTED if said and diagnosis.verdict not in CERTAIN else "")
 
 
 def with_error(one: Derived) -> str:
@@ -69,8 +71,7 @@ def describe_spring(diagnosis: Diagnosis) -> str:
 
     Beside a cause of which the law is not exact, such as a stop, a spring takes up a part of that.
     """
-    certain = diagnosis.verdict in ("adequate", "explained")
-    return spring_sentence(diagnosis.derived) if certain else ""
+    return spring_sentence(diagnosis.derived) if diagnosis.verdict in CERTAIN else ""
 
 
 def spring_sentence(derived: tuple[Derived, ...]) -> str:
