@@ -7,7 +7,7 @@ pace: one in the wrong well would drag the parameters with it, and is left out i
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -30,7 +30,7 @@ def fit_segments(
     fixed_parameters: frozenset[str] = frozenset(),
     *,
     settle: bool = True,
-) -> list[Simulation]:
+) -> Iterator[Simulation]:
     """Fit segments of increasing length, each fit from the values of the one before.
 
     Args:
@@ -40,13 +40,12 @@ def fit_segments(
         settle: Whether the segments' states are fitted before any parameter, and stray segments are left out; else the
             shortest length is skipped and more segments are used.
 
-    Returns:
+    Yields:
         The simulation after each length; without those over which it diverges.
     """
     limits = problem.thresholds.nominal_fit
-    fitted: list[Simulation] = []
     if not simulation.state or not problem.subject.reads_initial_states:
-        return fitted
+        return
     for periods in limits.segment_periods if settle else limits.segment_periods[1:]:
         most = limits.max_segments if settle else limits.max_judged_segments
         cost = _cost_of_segments(problem, simulation, fixed_parameters, periods, most)
@@ -66,8 +65,7 @@ def fit_segments(
         )
         if minimum is not None:
             simulation = simulation.with_values(sensitivity.values(minimum.unknowns.shared))
-            fitted.append(simulation)
-    return fitted
+            yield simulation
 
 
 def cut_segments(

@@ -44,7 +44,10 @@ def fit_from_starts(problem: Problem, simulation: Simulation, mechanisms: Sequen
 
 
 def refit_from_segments(problem: Problem, hypothesis: Hypothesis) -> Hypothesis:
-    """Refit the same set from the values of short segments, if that is better; unchanged where it is not far off."""
+    """Refit the same set from the values of short segments, if that is better; unchanged where it is not far off.
+
+    Initial states are tried as the readings tell them, too: those of a fit in another valley may lead back to it.
+    """
     limits = problem.thresholds.nominal_fit
     if relative_misfit(problem, hypothesis) < limits.close_misfit:
         return hypothesis
@@ -54,8 +57,9 @@ def refit_from_segments(problem: Problem, hypothesis: Hypothesis) -> Hypothesis:
         hypothesis.fixed_parameters,
     )
     trials = [
-        fit_hypothesis(problem, start, mechanisms, starts, limits.trial_iterations, fixed_parameters)
+        fit_hypothesis(problem, start, mechanisms, states, limits.trial_iterations, fixed_parameters)
         for start in fit_segments(problem, hypothesis.simulation, fixed_parameters)
+        for states in (starts, None)
     ]
     fits = [
         fit_hypothesis(problem, one.simulation, mechanisms, one.starts, fixed_parameters=fixed_parameters)

@@ -11,7 +11,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from rtctl.diagnosis.nominal_fit.misfit.segment_misfit import segment_cost
+from rtctl.diagnosis.nominal_fit.misfit.relative_misfit import relative_misfit
+from rtctl.diagnosis.nominal_fit.misfit.segment_misfit import segment_cost, sort_by_segments
 from rtctl.diagnosis.nominal_fit.step_refinement import refine_steps
 from rtctl.diagnosis.nominal_fit.whole_record_start import refit_from_segments
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
@@ -290,12 +291,21 @@ def _test_leaders(state: SearchState) -> list[TestedHypothesis]:
 def _refit_leaders_from_segments(
     state: SearchState, tested: Sequence[TestedHypothesis]
 ) -> list[TestedHypothesis]:
-    """Refit the best sets from short segments, and test them in the order of their cost over segments."""
+    """Refit the best sets from short segments, and test them in the order of their cost over segments.
+
+    The best are those of the lowest cost, and where no set is near the readings also those that fit segments best.
+    """
     limits, fits = state.limits, state.fits
     near = limits.beam_cost if state.size < limits.beam_size else limits.similar_cost
     best = [one for one in fits[: limits.beam_width] if one.cost < near * fits[0].cost]
     problem, count = state.problem.until(state.settings.budget), limits.segment_refits
-    refitted = [*(refit_from_segments(problem, one) for one in best[:count]), *best[count:]]
+    first = best[:count]
+    if relative_misfit(problem, fits[0]) >= problem.thresholds.nominal_fit.close_misfit:
+        known = {id(one) for one in first}
+        nearest = sort_by_segments(problem, fits[: limits.sets_over_segments])[:count]
+        first += [one for one in nearest if id(one) not in known]
+    rest = [one for one in best if not any(one is other for other in first)]
+    refitted = [*(refit_from_segments(problem, one) for one in first), *rest]
     refitted.sort(key=lambda one: one.cost)
     field = refit_challengers(state.problem, state.parents, refitted, state.settings)
     ordered = order_by_segments(state.problem, [one for one in field if one.cost < near * field[0].cost])

@@ -50,6 +50,8 @@ class SearchThresholds:
     """Number of tied sets that are put to the residual tests, most."""
     segment_refits: int = 2
     """Number of sets of one size that are refitted from short segments where no set passes."""
+    sets_over_segments: int = 24
+    """Number of sets of one size whose fits to short segments are compared where none is near the readings."""
     stall_shares: tuple[float, ...] = (0.8, 0.5, 0.5, 0.25)
     """Share of the smaller set's cost, by the number of causes (the last for all larger sets), above which the search
     ends: real devices are never exactly the model, and a further cause then only absorbs model error."""

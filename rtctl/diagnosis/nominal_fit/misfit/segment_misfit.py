@@ -5,9 +5,12 @@ A body without a spring drifts, and whatever is slow fits the drift of a free ru
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
-from rtctl.diagnosis.nominal_fit.multiple_shooting_start import cut_segments
+from rtctl.diagnosis.nominal_fit.multiple_shooting_start import cut_segments, fit_segments
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.identification.least_squares.levenberg_marquardt import minimise
@@ -20,6 +23,22 @@ def segment_cost(problem: Problem, hypothesis: Hypothesis) -> float:
     if not hypothesis.simulation.state:
         return hypothesis.cost
     return _judge(problem, hypothesis)[0]
+
+
+def sort_by_segments(problem: Problem, hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Return sets in the order of their cost over short segments once they are fitted to these.
+
+    A motion that jumps or bounces has a minimum at every turn of a whole record, and a set that ended in one of them is
+    no worse than another for that; over a segment there is one minimum.
+    """
+    costs = [_cost_once_fitted(problem, one) for one in hypotheses]
+    return [hypotheses[k] for k in np.argsort(costs, kind="stable")]
+
+
+def _cost_once_fitted(problem: Problem, hypothesis: Hypothesis) -> float:
+    """Return the cost over short segments of a set that is fitted to them; infinite where it diverges."""
+    fitted = next(fit_segments(problem, hypothesis.simulation, hypothesis.fixed_parameters), None)
+    return np.inf if fitted is None else segment_cost(problem, replace(hypothesis, simulation=fitted))
 
 
 def segment_rms(problem: Problem, hypothesis: Hypothesis) -> float:
