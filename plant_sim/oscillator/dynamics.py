@@ -115,6 +115,8 @@ class _Law:
             own = tuple(x[first : first + memory.states].tolist())
             force, rates = memory.law(z, v, u, t, own, rows, row, 0)
             total += float(force)
+            if memory.damping is not None:
+                total -= float(memory.damping(z, rows, row, 0)[1]) * v
             found[first : first + memory.states] = rates
             first, row = first + memory.states, row + constants
         return total - float(fading_resistance(v, total, rows, 0)) if self._rubs else total

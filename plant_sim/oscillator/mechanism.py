@@ -91,15 +91,17 @@ class Memory(NamedTuple):
     """Returns the states at the start of a record from displacement and velocity there; None: all zero."""
     step: int | None = None
     """Which of its constants is the integrator's step [s], written there by it; None: none."""
+    damping: Any = None
+    """Law of a damper that acts at some places alone, whose force the law leaves out; None: there is none."""
     simpler: Any = None
-    """Law that is the same where `is_simple` holds, and cheaper; None: there is none."""
+    """Law, without `damping`, that is the same where `is_simple` holds, and cheaper; None: there is none."""
     is_simple: Callable[[Values], bool] = lambda values: False
     """Returns whether `simpler` is the same law at these values."""
 
     def at(self, lanes: Sequence[Values]) -> Memory:
         """Return the memory with the cheapest law for the values of all lanes."""
         simple = self.simpler is not None and all(self.is_simple(lane) for lane in lanes)
-        return self._replace(law=self.simpler) if simple else self
+        return self._replace(law=self.simpler, damping=None) if simple else self
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -137,8 +139,6 @@ class OscillatorMechanism(Mechanism):
         return self.input is not None or self.drive is not None
 
 
-MOST_OF_A_STOP = 20.0
-"""Times as far as usual is a stop's stiffness searched: 100 times the device's own."""
 RELAXATION = 0.25
 """A relaxation of rate 1/s needs the step of an oscillation of so many rad/s: a tenth of its time constant."""
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from plant_sim.oscillator.equation.binding import bind
-from plant_sim.oscillator.equation.memory import combined
+from plant_sim.oscillator.equation.memory import combined, combined_impulse
 from plant_sim.oscillator.equation.terms import (
     CUBIC,
     DAMPING,
@@ -223,7 +223,7 @@ class Equation:
     def prepared(self, step_s: float) -> Any:
         """Return the compiled integrator of the equation, whose rows are made ready for steps of `step_s` [s]."""
         layout = [
-            (memory.law, memory.states, constants)
+            (memory.law, memory.states, constants, memory.damping)
             for memory, constants in zip(self.memories, self.constants, strict=True)
         ]
         row = len(TERMS)
@@ -263,18 +263,21 @@ class Equation:
 
 @lru_cache(maxsize=256)
 def _integrator(
-    terms: frozenset[str], memories: tuple[tuple[Any, int, int], ...], friction: bool, fades: bool
+    terms: frozenset[str], memories: tuple[tuple[Any, int, int, Any], ...], friction: bool, fades: bool
 ) -> Any:
     """Return the compiled integrator of an equation with these parts; `fades`: its dry friction does."""
     memoryless = law_for(terms - RUBBING, memory=bool(memories))
     rubbing = STRIBECK if fades else COULOMB if friction else {}
     if not memories:
         return bind_rk4(memoryless, 0, **rubbing)
-    row, laws = len(TERMS), []
-    for law, states, constants in memories:
+    row, laws, dampers = len(TERMS), [], []
+    for law, states, constants, damping in memories:
         laws.append((law, row, states))
+        if damping is not None:
+            dampers.append((damping, row))
         row += constants
-    return bind_rk4(combined(memoryless, laws), sum(states for _, states, _ in memories), **rubbing)
+    states = sum(count for _, _, count in laws)
+    return bind_rk4(combined(memoryless, laws), states, combined_impulse(dampers), **rubbing)
 
 
 @lru_cache

@@ -89,6 +89,9 @@ class Parameter:
 
     A search tries that law by itself, and a fitted value has to be worth its parameter.
     """
+    smooth: bool = False
+    """Whether a law at the `simplest` value of this shape has a derivative by it: a fit finds its way from there, so the
+    search tries no other value."""
     of_form: str = ""
     """The only form of a mechanism that has this shape; "" for all."""
     opposite: str = ""
@@ -112,6 +115,10 @@ class Parameter:
     def is_shape(self) -> bool:
         """Whether it sets the form of a mechanism and not its size."""
         return self.neutral is None
+
+    def stays_at(self, value: float) -> bool:
+        """Return whether a fit leaves a shape at `value`: the simplest one, by which the law has no derivative."""
+        return value == self.simplest and not self.smooth
 
     def unit_in(self, **data_units: str) -> str:
         """Return `unit` with the data's own units filled in, in no more brackets than it needs."""

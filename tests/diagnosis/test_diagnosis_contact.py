@@ -32,6 +32,7 @@ CASES: list[tuple[str, dict[str, tuple[float, str]], str]] = [
     ("stiffness.clearance", {"gap": (0.04, Z), "centre": (0.3, "dimensionless")}, SPRINGS),
     ("stop.one_sided", {"above": (2e4, K), "place": (0.25, Z)}, SPRINGS),
     ("stop.one_sided", {"below": (1e4, K), "place": (-0.2, Z)}, SPRINGS),
+    ("stop.one_sided", {"above": (2e4, K), "place": (0.25, Z), "retardation_time": (2e-3, "s")}, SPRINGS),
     ("stop.two_sided", {"stiffness": (2e4, K), "lower": (-0.35, Z), "upper": (0.25, Z)}, SPRINGS),
     ("stiffness.cubic", {"coefficient": (2e4, "1/(mm^2*s^2)")}, SPRINGS),
     ("stiffness.quadratic", {"coefficient": (1.5e3, "1/(mm*s^2)")}, SPRINGS),

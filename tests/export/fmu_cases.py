@@ -56,7 +56,8 @@ MECHANISMS: dict[str, str] = {
     "sensor.quantisation": 'step = { value = 0.001, unit = "mm" }',
     "stiffness.clearance": 'gap = { value = 0.01, unit = "mm" }, centre = { value = 0.2, unit = "dimensionless" }',
     "stiffness.gravity": 'coefficient = { value = 3000.0, unit = "1/s^2" }, radian = { value = 0.1, unit = "mm" }',
-    "stop.one_sided": 'above = { value = 2e4, unit = "1/s^2" }, place = { value = 0.03, unit = "mm" }',
+    "stop.one_sided": 'above = { value = 2e4, unit = "1/s^2" }, place = { value = 0.03, unit = "mm" }, '
+    'retardation_time = { value = 1e-3, unit = "s" }',
     "stop.two_sided": 'stiffness = { value = 2e4, unit = "1/s^2" }, lower = { value = -0.04, unit = "mm" }, upper = { value = 0.05, unit = "mm" }',
     "base.motion": 'cosine = { value = 50.0, unit = "mm/s^2" }, sine = { value = 20.0, unit = "mm/s^2" }, frequency = { value = 11.0, unit = "Hz" }',
 }  # fmt: skip

@@ -285,17 +285,23 @@ ORACLES: dict[str, Oracle] = {
         tolerance=2e-5,
     ),
     "stop.one_sided": Oracle(
-        values={"above": 3.0e4, "below": 9.0e3, "place": 0.05},
+        values={"above": 3.0e4, "below": 9.0e3, "place": 0.05, "retardation_time": 1.5e-3},
         rate=lambda t, y, u, p: [
             y[1],
-            duffing(y[0], y[1], u) - p["above" if y[0] > p["place"] else "below"] * (y[0] - p["place"]),
+            duffing(y[0], y[1], u)
+            - p["above" if y[0] > p["place"] else "below"] * (y[0] - p["place"] + p["retardation_time"] * y[1]),
         ],
         tolerance=5e-5,
     ),
     "stop.two_sided": Oracle(
-        values={"stiffness": 3.0e4, "lower": -0.04, "upper": 0.07},
+        values={"stiffness": 3.0e4, "lower": -0.04, "upper": 0.07, "retardation_time": 2.0e-3},
         rate=lambda t, y, u, p: [
-            y[1], duffing(y[0], y[1], u) - p["stiffness"] * beyond(y[0], p["lower"], p["upper"]),
+            y[1],
+            duffing(y[0], y[1], u)
+            - p["stiffness"] * (
+                beyond(y[0], p["lower"], p["upper"])
+                + p["retardation_time"] * y[1] * (not p["lower"] < y[0] < p["upper"])
+            ),
         ],
         tolerance=5e-5,
     ),

@@ -60,7 +60,8 @@ VALUES = {
     "input.gain_drift": "rate = { value = 0.8, unit = '1/s' }",
     "sensor.hum": "cosine = { value = 0.1, unit = 'mm' }\nsine = { value = 0.05, unit = 'mm' }",
     "stiffness.clearance": "gap = { value = 0.3, unit = 'mm' }",
-    "stop.one_sided": "above = { value = 40000, unit = '1/s^2' }\nplace = { value = 0.6, unit = 'mm' }",
+    "stop.one_sided": "above = { value = 40000, unit = '1/s^2' }\nplace = { value = 0.6, unit = 'mm' }\n"
+    "retardation_time = { value = 1, unit = 'ms' }",
     "stop.two_sided": "stiffness = { value = 40000, unit = '1/s^2' }\nlower = { value = -0.5, unit = 'mm' }\n"
     "upper = { value = 0.6, unit = 'mm' }",
     "stiffness.gravity": "coefficient = { value = 6000, unit = '1/s^2' }\nradian = { value = 0.8, unit = 'mm' }",

@@ -20,7 +20,7 @@ class CEquation:
     coefficients: str
     """`fill_rows`, `start_own`."""
     forces: str
-    """Laws, `acceleration`, and of dry friction `resistance`, `within_step`, `settle`."""
+    """Laws, `acceleration`, `impulse`, and of dry friction `resistance`, `within_step`, `settle`."""
     rows: int
     own_states: int
     """States of the mechanisms."""
@@ -51,11 +51,13 @@ def c_equation(nominal: Values, mechanisms: Sequence[tuple[OscillatorMechanism, 
         if one.memory is not None and one.memory.acts(values):
             memories.append((one.memory, values))
     memoryless = laws.add(law_for(terms - RUBBING, memory=bool(memories)))
-    lines, calls, starts, steps = [c_text(table[row]) for row in TERMS], [], [], []
+    lines, calls, dampers, starts, steps = [c_text(table[row]) for row in TERMS], [], [], [], []
     states = 0
     for memory, values in memories:
         first = len(lines)
         calls.append((laws.add(memory.law), first, states, memory.states))
+        if memory.damping is not None:
+            dampers.append((laws.add(memory.damping), first))
         if memory.step is not None:
             steps.append(first + memory.step)
         lines += [c_text(value) for value in memory.constants(values)]
@@ -71,7 +73,7 @@ def c_equation(nominal: Values, mechanisms: Sequence[tuple[OscillatorMechanism, 
     rubbing = _friction(laws, fades=fades) if rubs else ""
     return CEquation(
         coefficients="\n".join((_rows(lines, steps), _start(starts))),
-        forces="\n".join((laws.text(), _acceleration(memoryless, calls), rubbing)),
+        forces="\n".join((laws.text(), _acceleration(memoryless, calls), _impulse(dampers), rubbing)),
         rows=len(lines), own_states=states, rubs=rubs,
     )  # fmt: skip
 
@@ -97,6 +99,18 @@ def _acceleration(memoryless: str, calls: Sequence[tuple[str, int, int, int]]) -
     return (
         "static double acceleration(double z, double v, double u, double t, const double *w, const double *p, "
         f"double *rates)\n{{\n    (void)w; (void)rates;\n{body}    return a;\n}}\n"
+    )
+
+
+def _impulse(dampers: Sequence[tuple[str, int]]) -> str:
+    """Return `impulse`: what dampers that act at some places alone take from the velocity."""
+    body = "".join(
+        f"    {{\n        double made[2];\n        {name}(z, p, {row}, made);\n        taken += made[0];\n    }}\n"
+        for name, row in dampers
+    )
+    return (
+        "static double impulse(double z, const double *p)\n{\n    double taken = 0.0;\n    (void)z; (void)p;\n"
+        f"{body}    return taken;\n}}\n"
     )
 
 

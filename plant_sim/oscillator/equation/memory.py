@@ -1,7 +1,9 @@
 """States of mechanisms (a relaxing spring, a hysteretic force), as the integrator holds them.
 
 A memory law is `(z, v, u, t, w, p, row, j) -> (acceleration, dw/dt)`: `w` the tuple of its states, `p[row + i, j]` its
-own parameter i in lane j. States are tuples, which the compiler keeps in registers; their number is a constant of the
+own parameter i in lane j. Of a damper c(z) z' that acts at some places alone a law leaves the force out: beside it
+stands `(z, p, row, j) -> (impulse, c)`, where the impulse is the integral of c over the place
+(`plant_sim.oscillator.integration.rk4`). States are tuples, which the compiler keeps in registers; their number is a constant of the
 compiled kernel.
 """
 
@@ -69,4 +71,23 @@ def combined(memoryless: Any, laws: Sequence[tuple[Any, int, int]]) -> Any:
         template = with_more_memory if states else with_memory
         total = bind(template, inline=True, base=total, added=law_, ROW=row, STATES_BEFORE=states)
         states += count
+    return total
+
+
+def with_impulse(z: float, p: Any, j: int) -> Any:
+    """Return the impulse of the damping law `added`."""
+    return added(z, p, ROW, j)[0]
+
+
+def with_more_impulse(z: float, p: Any, j: int) -> Any:
+    """Return that and the impulse `base`."""
+    return base(z, p, j) + added(z, p, ROW, j)[0]
+
+
+def combined_impulse(laws: Sequence[tuple[Any, int]]) -> Any:
+    """Return one impulse of all damping laws, each with its first row in `p`; None: there is no law."""
+    total = None
+    for law_, row in laws:
+        more = {} if total is None else {"base": total}
+        total = bind(with_more_impulse if more else with_impulse, inline=True, **more, added=law_, ROW=row)
     return total

@@ -6,6 +6,10 @@ States of the laws' own move along with displacement and velocity; `bind_rk4` le
 Dry friction, whose force jumps with the sign of the velocity, keeps its sign over a step and is corrected after it:
 `plant_sim.oscillator.integration.friction`.
 
+The force c(z) z' of a damper that acts at some places alone jumps where the motion reaches them, and a step across such
+a jump would be off by its first power. So what is integrated is not the velocity but z' + C(z), where C is the integral
+of c over the place (A. Lienard's plane): its rate has no such force in it, and C, the `impulse`, has a kink alone.
+
 Reference: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.1, table 1.2.
 """
 
@@ -31,6 +35,15 @@ note: Any = not_noted
 settle: Any = as_it_is
 
 
+@law
+def no_impulse(z: float, p: Any, j: int) -> Any:
+    """Return 0: no damper acts at some places alone."""
+    return 0.0
+
+
+impulse: Any = no_impulse
+
+
 # 9 parameters because a compiled template takes its arrays one by one
 def rk4(z: Any, v: Any, w: Any, nodes: Any, h: float, substeps: int, p: Any, out_z: Any, out_v: Any) -> None:  # noqa: PLR0913
     """March all lanes through the record; row 0 of the outputs is the start.
@@ -51,26 +64,31 @@ def rk4(z: Any, v: Any, w: Any, nodes: Any, h: float, substeps: int, p: Any, out
     noted = np.empty((NOTED, lanes))
     for j in range(lanes):
         out_z[0, j], out_v[0, j] = z[j], v[j]
+        v[j] += impulse(z[j], p, j)
     row, until_sample = 1, substeps
     for i in range(nodes.shape[0]):
         u1, u2, u4 = nodes[i, 0], nodes[i, 1], nodes[i, 2]
         t = i * h
         for j in range(lanes):
-            z1, v1, w1 = z[j], v[j], load(ZEROS, w, j)
+            z1, q1, w1 = z[j], v[j], load(ZEROS, w, j)
+            v1 = q1 - impulse(z1, p, j)
             a1, d1 = acceleration(z1, v1, u1, t, w1, p, j)
             held = resistance(v1, a1, p, j)
             a1 -= held
-            z2, v2 = z1 + half * v1, v1 + half * a1
+            z2 = z1 + half * v1
+            v2 = (q1 + half * a1) - impulse(z2, p, j)
             a2, d2 = acceleration(z2, v2, u2, t + half, move(w1, half, d1), p, j)
             a2 -= within(held, v1, v2, p, j)
-            z3, v3 = z1 + half * v2, v1 + half * a2
+            z3 = z1 + half * v2
+            v3 = (q1 + half * a2) - impulse(z3, p, j)
             a3, d3 = acceleration(z3, v3, u2, t + half, move(w1, half, d2), p, j)
             a3 -= within(held, v1, v3, p, j)
-            z4, v4 = z1 + h * v3, v1 + h * a3
+            z4 = z1 + h * v3
+            v4 = (q1 + h * a3) - impulse(z4, p, j)
             a4, d4 = acceleration(z4, v4, u4, t + h, move(w1, h, d3), p, j)
             a4 -= within(held, v1, v4, p, j)
             z[j] = z1 + sixth * (v1 + 2.0 * (v2 + v3) + v4)
-            v[j] = v1 + sixth * (a1 + 2.0 * (a2 + a3) + a4)
+            v[j] = q1 + sixth * (a1 + 2.0 * (a2 + a3) + a4)
             note(noted, j, z1, v1, a1, a4, held)
             keep(w, j, move(w1, sixth, move(move(d1, 2.0, move(d2, 1.0, d3)), 1.0, d4)))
         settle(z, v, noted, h, p)
@@ -78,8 +96,22 @@ def rk4(z: Any, v: Any, w: Any, nodes: Any, h: float, substeps: int, p: Any, out
         if until_sample == 0:
             until_sample = substeps
             for j in range(lanes):
-                out_z[row, j], out_v[row, j] = z[j], v[j]
+                out_z[row, j], out_v[row, j] = z[j], v[j] - impulse(z[j], p, j)
             row += 1
+    for j in range(lanes):
+        v[j] -= impulse(z[j], p, j)
+
+
+settled: Any = as_it_is  # replaced by `bind`
+
+
+def settle_beside_impulse(z: Any, v: Any, noted: Any, h: float, p: Any) -> None:
+    """Put right as `settled`, which takes velocities, the lanes of z' + C(z)."""
+    for j in range(len(z)):
+        v[j] -= impulse(z[j], p, j)
+    settled(z, v, noted, h, p)
+    for j in range(len(z)):
+        v[j] += impulse(z[j], p, j)
 
 
 @law
@@ -105,15 +137,21 @@ def without_states(z: float, v: float, u: float, t: float, w: float, p: Any, j: 
     return memoryless(z, v, u, t, p, j), 0.0
 
 
-def bind_rk4(acceleration_law: Any, states: int, **friction: Any) -> Any:
+def bind_rk4(acceleration_law: Any, states: int, impulse_law: Any = None, **friction: Any) -> Any:
     """Return `rk4`, compiled for an acceleration law.
 
     Args:
         acceleration_law: a memoryless law (`plant_sim.oscillator.equation.terms`), or, if there are states, one that
             also returns their rates (`plant_sim.oscillator.equation.memory`).
         states: number of states of the law's own.
+        impulse_law: impulse of the dampers that act at some places alone; None: there are none.
         friction: `resistance`, `within`, `note` and `settle` of an equation with dry friction.
     """
+    if impulse_law is not None:
+        friction = {**friction, "impulse": impulse_law}
+        if "settle" in friction:
+            inner = bind(settle_beside_impulse, inline=True, settled=friction["settle"], impulse=impulse_law)
+            friction["settle"] = inner
     if states:
         return bind(rk4, acceleration=acceleration_law, **friction, ZEROS=(0.0,) * states)
     law_alone = bind(without_states, inline=True, memoryless=acceleration_law)

@@ -96,7 +96,8 @@ def _shape_bounds(declared: Parameter, problem: Problem, unit: float) -> tuple[f
     open_ended = not declared.default or declared.searched
     scale = declared.scale(problem.scales) if open_ended else declared.default or 0.0
     size = abs(float(scale)) / unit
-    lowest = -declared.shape_range[1] if declared.low < 0.0 else declared.shape_range[0]
+    least = 0.0 if declared.smooth else declared.shape_range[0]
+    lowest = -declared.shape_range[1] if declared.low < 0.0 else least
     return lowest * size, declared.shape_range[1] * size
 
 

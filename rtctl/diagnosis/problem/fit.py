@@ -84,13 +84,13 @@ def sensitivity_of(problem: Problem, simulation: Simulation, fixed_parameters: f
     """Return the sensitivity by all parameters but the fixed ones and those in `fixed_parameters`.
 
     Parameters that each record has for itself are fitted with its initial state; a shape at its simplest value stays
-    there, where the law is another one and has no derivative.
+    there where the law has no derivative by it.
     """
     parameters = simulation.parameters
     free = [
         k
         for k, one in enumerate(parameters)
-        if not one.fixed and one.name not in fixed_parameters and one.value != one.declared.simplest
+        if not one.fixed and one.name not in fixed_parameters and not one.declared.stays_at(one.value)
     ]
     of_record = [k for k in free if parameters[k].declared.per_record]
     return Sensitivity.of(
@@ -104,7 +104,7 @@ def polish(problem: Problem, hypothesis: Hypothesis, iterations: int | None = No
     redundant = {
         one.name
         for one in hypothesis.simulation.parameters
-        if one.declared.redundant or one.value == one.declared.simplest
+        if one.declared.redundant or one.declared.stays_at(one.value)
     }
     for name in _defaulted_shapes(hypothesis.simulation, hypothesis.mechanisms)[::-1]:
         if name in fixed_parameters - redundant and _is_identifiable(

@@ -31,8 +31,8 @@ def shape_grid(
     """Yield the choices of the shapes of one form of a mechanism.
 
     A shape with a default stays there, unless the mechanism declares other values or that it is searched; one with a
-    simplest value is tried there and over its range. A frequency is also tried where the spectrum of the residuals
-    peaks.
+    simplest value by which the law has no derivative is tried there and over its range. A frequency is also tried where
+    the spectrum of the residuals peaks.
 
     Args:
         mechanism: Mechanism of the catalogue.
@@ -62,7 +62,7 @@ def _axis(
         return _lines(problem, residuals, max(low, lowest), high)
     if parameter.redundant and parameter.default is None:
         values = [(size, 1)]
-    elif parameter.default is not None and not parameter.searched and parameter.simplest is None:
+    elif parameter.default is not None and not parameter.searched and not parameter.stays_at(parameter.default):
         values = [(value, 1) for value in (parameter.default, *parameter.also)]
     else:
         values = [(value, 1) for value in np.geomspace(low, high, parameter.grid).tolist()]

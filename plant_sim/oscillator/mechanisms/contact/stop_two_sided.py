@@ -1,5 +1,6 @@
-"""`stop.two_sided`: - stiffness (z - upper) where z > upper, - stiffness (z - lower) where z < lower.
+"""`stop.two_sided`: - stiffness (z - upper + tau z') where z > upper, - stiffness (z - lower + tau z') where z < lower.
 
+tau is the retardation time of both, as of `stop.one_sided`.
 With one place beyond the motion it is `stop.one_sided`; beside a spring of no stiffness, `stiffness.clearance`.
 """
 
@@ -9,7 +10,8 @@ import math
 from typing import Any
 
 from plant_sim.oscillator.equation.binding import law
-from plant_sim.oscillator.mechanism import MOST_OF_A_STOP, Memory, OscillatorMechanism, coefficient, shape
+from plant_sim.oscillator.mechanism import Memory, OscillatorMechanism, coefficient, shape
+from plant_sim.oscillator.mechanisms.contact.stops import MOST_OF_A_STOP, rate_of_a_stop, retardation_time
 
 
 # 8 parameters because every memory law has them (`plant_sim.oscillator.equation.memory`)
@@ -20,9 +22,17 @@ def between(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j:
     return -p[row, j] * beyond, (0.0 * z,)
 
 
+@law
+def damping(z: float, p: Any, row: int, j: int) -> Any:
+    """Return impulse [z/s] and damping [1/s]; p as in `between`, then tau [s]."""
+    beyond = max(z - p[row + 2, j], 0.0) + min(z - p[row + 1, j], 0.0)
+    acting = p[row + 3, j] * p[row, j]
+    return acting * beyond, acting if beyond != 0.0 else 0.0
+
+
 MECHANISM = OscillatorMechanism(
     id="stop.two_sided",
-    statement="Two elastic stops add a stiffness of {stiffness} below {lower} and above {upper}.",
+    statement="Two stops add a stiffness of {stiffness} below {lower} and above {upper}.",
     parameters=(
         coefficient(
             "stiffness", "1/s^2", "of each stop", lambda s: s.rate**2, low=0.0, reach=MOST_OF_A_STOP,
@@ -35,13 +45,19 @@ MECHANISM = OscillatorMechanism(
             "upper", "{z}", "where the upper one begins", lambda s: s.excursion, low=-math.inf,
             quantiles={"": (0.6, 0.82, 0.95, 0.997)},
         ),
+        retardation_time("both stops"),
     ),
     generalises={
-        "stop.one_sided": lambda p: {"above": p["stiffness"], "place": p["upper"]},
+        "stop.one_sided": lambda p: {
+            "above": p["stiffness"], "place": p["upper"], "retardation_time": p["retardation_time"],
+        },
         "stiffness.clearance": lambda p: {
             "gap": 0.5 * (p["upper"] - p["lower"]), "centre": (p["upper"] + p["lower"]) / (p["upper"] - p["lower"]),
         },
     },
-    memory=Memory(between, 1, lambda p: (p["stiffness"], p["lower"], p["upper"])),
-    fastest_rate=lambda p, speed: math.sqrt(p["stiffness"]),
+    memory=Memory(
+        between, 1, lambda p: (p["stiffness"], p["lower"], p["upper"], p["retardation_time"]),
+        damping=damping, simpler=between, is_simple=lambda p: p["retardation_time"] == 0.0,
+    ),
+    fastest_rate=lambda p, speed: rate_of_a_stop(p["stiffness"], p["retardation_time"]),
 )  # fmt: skip
