@@ -95,7 +95,9 @@ def test_a_damper_that_acts_on_the_stop_alone_costs_no_accuracy(rubs: bool) -> N
 
     def at(steps_per_period: float) -> FloatArray:
         found = bound.predict(stimulus(multisine()), values, steps_per_period=steps_per_period)
-        return np.concatenate([found.outputs[name][0] for name in ("displacement", "velocity")]).reshape(2, -1)
+        return np.concatenate([found.outputs[name][0] for name in ("displacement", "velocity")]).reshape(
+            2, -1
+        )
 
     fine, usual = at(16384.0), at(256.0)
     assert fine[0].max() > 0.05

@@ -62,7 +62,9 @@ def _axis(
         return _lines(problem, residuals, max(low, lowest), high)
     if parameter.redundant and parameter.default is None:
         values = [(size, 1)]
-    elif parameter.default is not None and not parameter.searched and not parameter.stays_at(parameter.default):
+    elif (
+        parameter.default is not None and not parameter.searched and not parameter.stays_at(parameter.default)
+    ):
         values = [(value, 1) for value in (parameter.default, *parameter.also)]
     else:
         values = [(value, 1) for value in np.geomspace(low, high, parameter.grid).tolist()]

@@ -94,9 +94,7 @@ def _of_the_motion(estimates: Estimates, units: Mapping[str, str]) -> list[Deriv
     return found
 
 
-def _beside_stops(
-    estimates: Estimates, stiffness: Estimated, damping: Estimated | None
-) -> list[Derived]:
+def _beside_stops(estimates: Estimates, stiffness: Estimated, damping: Estimated | None) -> list[Derived]:
     """Return frequency and damping of small motions about the rest without drive, off a stop or on one."""
     pressed = [one for name in STOPS if name in estimates for one in _pressed(estimates[name])]
     if not pressed:
