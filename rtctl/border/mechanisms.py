@@ -90,8 +90,10 @@ class Parameter:
     A search tries that law by itself, and a fitted value has to be worth its parameter.
     """
     smooth: bool = False
-    """Whether a law at the `simplest` value of this shape has a derivative by it: a fit finds its way from there, so the
-    search tries no other value."""
+    """Whether a law at the `simplest` value of this shape has a derivative by it.
+
+    A fit finds its way from there, so the search tries no other value.
+    """
     of_form: str = ""
     """The only form of a mechanism that has this shape; "" for all."""
     opposite: str = ""

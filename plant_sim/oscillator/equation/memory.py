@@ -3,8 +3,8 @@
 A memory law is `(z, v, u, t, w, p, row, j) -> (acceleration, dw/dt)`: `w` the tuple of its states, `p[row + i, j]` its
 own parameter i in lane j. Of a damper c(z) z' that acts at some places alone a law leaves the force out: beside it
 stands `(z, p, row, j) -> (impulse, c)`, where the impulse is the integral of c over the place
-(`plant_sim.oscillator.integration.rk4`). States are tuples, which the compiler keeps in registers; their number is a constant of the
-compiled kernel.
+(`plant_sim.oscillator.integration.rk4`). States are tuples, which the compiler keeps in registers; their number is a
+constant of the compiled kernel.
 """
 
 from __future__ import annotations
@@ -86,8 +86,10 @@ def with_more_impulse(z: float, p: Any, j: int) -> Any:
 
 def combined_impulse(laws: Sequence[tuple[Any, int]]) -> Any:
     """Return one impulse of all damping laws, each with its first row in `p`; None: there is no law."""
-    total = None
+    total: Any = None
     for law_, row in laws:
-        more = {} if total is None else {"base": total}
-        total = bind(with_more_impulse if more else with_impulse, inline=True, **more, added=law_, ROW=row)
+        if total is None:
+            total = bind(with_impulse, inline=True, added=law_, ROW=row)
+        else:
+            total = bind(with_more_impulse, inline=True, base=total, added=law_, ROW=row)
     return total

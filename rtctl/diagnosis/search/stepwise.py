@@ -301,9 +301,8 @@ def _refit_leaders_from_segments(
     problem, count = state.problem.until(state.settings.budget), limits.segment_refits
     first = best[:count]
     if relative_misfit(problem, fits[0]) >= problem.thresholds.nominal_fit.close_misfit:
-        known = {id(one) for one in first}
         nearest = sort_by_segments(problem, fits[: limits.sets_over_segments])[:count]
-        first += [one for one in nearest if id(one) not in known]
+        first += [one for one in nearest if not any(one is other for other in best[:count])]
     rest = [one for one in best if not any(one is other for other in first)]
     refitted = [*(refit_from_segments(problem, one) for one in first), *rest]
     refitted.sort(key=lambda one: one.cost)

@@ -10,8 +10,8 @@ from rtctl.border.mechanisms import Parameter
 MOST_OF_A_STOP = 20.0
 """Times as far as usual is a stop's stiffness searched: 100 times the device's own."""
 RETARDATION = 0.1
-"""Retardation time that matters, in parts of a radian of the motion: a twentieth of critical damping where the stop is as
-stiff as the device, a tenth where it is four times as stiff."""
+"""Retardation time that matters, in parts of a radian of the motion: a twentieth of critical damping where the stop is
+as stiff as the device, a tenth where it is four times as stiff."""
 
 
 def retardation_time(whose: str) -> Parameter:
