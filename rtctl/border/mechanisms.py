@@ -182,6 +182,8 @@ class Mechanism:
 
     Also by a shape with a simplest value: the sentence where it has another one.
     """
+    supplements: Mapping[str, str] = field(default_factory=dict)
+    """Sentence by a shape with a simplest value that is added where it has another one."""
     generalises: Mapping[str, Callable[[Mapping[str, float]], Mapping[str, float]]] = field(
         default_factory=dict
     )
@@ -226,9 +228,10 @@ class Mechanism:
         return other.id in self.generalises or self.id in other.generalises or bool(common)
 
     def sentence(self, values: Mapping[str, float]) -> str:
-        """Return the sentence of the one form that acts at `values`, else the general one."""
+        """Return the sentence of the one form that acts at `values`, else the general one, and what is added to it."""
         acting = [name for name in self.forms if values.get(name)]
-        return self.forms[acting[0]] if len(acting) == 1 else self.statement
+        first = self.forms[acting[0]] if len(acting) == 1 else self.statement
+        return " ".join((first, *(said for name, said in self.supplements.items() if values.get(name))))
 
     @property
     def suits_data(self) -> bool:

@@ -10,7 +10,7 @@ from typing import Any
 
 from plant_sim.oscillator.equation.binding import law
 from plant_sim.oscillator.mechanism import Memory, OscillatorMechanism, coefficient, shape
-from plant_sim.oscillator.mechanisms.contact.stops import MOST_OF_A_STOP, rate_of_a_stop, retardation_time
+from plant_sim.oscillator.mechanisms.contact.stops import DAMPER, MOST_OF_A_STOP, rate_of_a_stop, retardation_time
 
 
 # 8 parameters because every memory law has them (`plant_sim.oscillator.equation.memory`)
@@ -37,6 +37,7 @@ MECHANISM = OscillatorMechanism(
         "above": "A stop adds a stiffness of {above} where the displacement is above {place}.",
         "below": "A stop adds a stiffness of {below} where the displacement is below {place}.",
     },
+    supplements={"retardation_time": DAMPER},
     parameters=(
         coefficient(
             "above", "1/s^2", "of a stop on the upper side", lambda s: s.rate**2, default=0.0, low=0.0,

@@ -11,7 +11,7 @@ from typing import Any
 
 from plant_sim.oscillator.equation.binding import law
 from plant_sim.oscillator.mechanism import Memory, OscillatorMechanism, coefficient, shape
-from plant_sim.oscillator.mechanisms.contact.stops import MOST_OF_A_STOP, rate_of_a_stop, retardation_time
+from plant_sim.oscillator.mechanisms.contact.stops import DAMPER, MOST_OF_A_STOP, rate_of_a_stop, retardation_time
 
 
 # 8 parameters because every memory law has them (`plant_sim.oscillator.equation.memory`)
@@ -33,6 +33,7 @@ def damping(z: float, p: Any, row: int, j: int) -> Any:
 MECHANISM = OscillatorMechanism(
     id="stop.two_sided",
     statement="Two stops add a stiffness of {stiffness} below {lower} and above {upper}.",
+    supplements={"retardation_time": DAMPER},
     parameters=(
         coefficient(
             "stiffness", "1/s^2", "of each stop", lambda s: s.rate**2, low=0.0, reach=MOST_OF_A_STOP,

@@ -9,6 +9,7 @@ from rtctl.border.mechanisms import Parameter
 
 MOST_OF_A_STOP = 20.0
 """Times as far as usual is a stop's stiffness searched: 100 times the device's own."""
+DAMPER = "The contact has a damper too, with a retardation time (damper over spring) of {retardation_time}."
 RETARDATION = 0.1
 """Retardation time that matters, in parts of a radian of the motion: a twentieth of critical damping where the stop is
 as stiff as the device, a tenth where it is four times as stiff."""
