@@ -97,6 +97,7 @@ def diagnose(
         )
         found = find_causes(request, whole=first.uncut)
         search = found.result
+        tests = found.tests if first.uncut else tests
         request = request._replace(problem=search.refined_problem or problem, tests=tests)
         whole = fit_whole_records(first, request.problem, search)
         units = dict(subject.output_units) | with_displacement(dataset.units)

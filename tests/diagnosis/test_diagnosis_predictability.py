@@ -17,6 +17,7 @@ from rtctl.diagnosis.nominal_fit.predictability import (
     _before_diverging,
     _share_after,
     count_unpredictable,
+    cut_tests_of_another_course,
     cut_unpredictable,
     cut_unpredictable_tests,
     fit_followed_parts,
@@ -235,3 +236,22 @@ def test_test_records_that_can_be_predicted_stay_whole() -> None:
     assert cut_unpredictable_tests(problem, nominal, (calm,)) == ((calm,), WHOLE)
     held = replace(calm, stimulus=replace(calm.stimulus, holds={"drive": "band-limited"}))
     assert cut_unpredictable_tests(problem, nominal, (held,)) == ((held,), WHOLE)
+
+
+def test_test_records_take_another_course_where_only_short_segments_are_followed() -> None:
+    """A set that follows the fitted records is held to pieces of a test record that it follows for a while alone."""
+    problem, _ = hopping()
+    calm = tuple(record_of(device(**WELLS), seed, noise_drive(seed, 0.5, samples=SAMPLES)) for seed in (1, 2))
+    calmly = replace(problem, records=calm)
+    nearly = device(**{**WELLS, "stiffness_cubic": (30.01, "1/(mm^2*s^2)")})
+    found = fit_hypothesis(calmly, nearly, (), iterations=0)
+    assert found is not None
+    wild = (record_of(device(**WELLS), 7, noise_drive(7, level=9.0, samples=SAMPLES)),)
+    pieces, note = cut_tests_of_another_course(calmly, found, wild)
+    assert f"of {len(pieces)} pieces of 4 periods" in note
+    assert cut_tests_of_another_course(calmly, found, calm) == (calm, "")
+    elsewhere = device(**{**WELLS, "stiffness": (-3.2e3, "1/s^2")})
+    lost = fit_hypothesis(calmly, elsewhere, (), iterations=0)
+    assert lost is not None
+    assert relative_misfit(calmly, lost) > LIMITS.close_misfit
+    assert cut_tests_of_another_course(calmly, lost, wild) == (wild, "")

@@ -16,6 +16,7 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.nominal_fit.misfit.relative_misfit import relative_misfit
+from rtctl.diagnosis.nominal_fit.misfit.segment_misfit import segment_rms
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import fit_segments
 from rtctl.diagnosis.nominal_fit.segmentation import cut_records, started
 from rtctl.diagnosis.problem.fit import fit_hypothesis
@@ -71,7 +72,7 @@ def cut_unpredictable(problem: Problem, nominal: Hypothesis) -> Problem:
 
 
 def cut_unpredictable_tests(
-    problem: Problem, nominal: Hypothesis, tests: Sequence[FitRecord]
+    problem: Problem, nominal: Hypothesis, tests: tuple[FitRecord, ...]
 ) -> tuple[tuple[FitRecord, ...], str]:
     """Return the test records in pieces in which free runs are predictable, each from its own initial state.
 
@@ -82,21 +83,52 @@ def cut_unpredictable_tests(
     Returns:
         The records, and a note that says what errors on them are of.
     """
-    held = replace(problem, records=tuple(tests))
-    limited = {record.stimulus.holds.get(problem.subject.drive) for record in tests} & {"band-limited"}
-    if not tests or not nominal.states or limited or not problem.subject.reads_initial_states:
-        return tuple(tests), WHOLE
-    run = _run(held, nominal)
+    held = replace(problem, records=tests)
+    run = _run(held, nominal) if _can_be_cut(problem, nominal, tests) else None
     if run is None or not count_unpredictable(held, run):
-        return tuple(tests), WHOLE
-    periods = problem.thresholds.nominal_fit.predictable_periods
+        return tests, WHOLE
+    return _cut_into_pieces(held, nominal) or (tests, WHOLE)
+
+
+def cut_tests_of_another_course(
+    problem: Problem, chosen: Hypothesis, tests: tuple[FitRecord, ...]
+) -> tuple[tuple[FitRecord, ...], str]:
+    """Return the test records in pieces where the free runs of a set that was found take another course than they do.
+
+    A linear model predicts any record to its end; with a stop or a stiff spring in it the same record may be chaotic,
+    and the right set no better over all of it than a wrong one. That is so where the set follows the fitted records,
+    and short segments of the test records, but not these as a whole.
+
+    Returns:
+        The records, and a note that says what errors on them are of; "" where they stay whole.
+    """
+    held, limits = replace(problem, records=tests), problem.thresholds.nominal_fit
+    run = _run(held, chosen) if _can_be_cut(problem, chosen, tests) else None
+    if run is None:
+        return tests, ""
+    misfit = relative_misfit(held, run)
+    strays = relative_misfit(problem, chosen) < limits.close_misfit <= misfit
+    if not (strays and segment_rms(held, run) < limits.followed_within_segments * misfit):
+        return tests, ""
+    return _cut_into_pieces(held, chosen) or (tests, "")
+
+
+def _can_be_cut(problem: Problem, hypothesis: Hypothesis, tests: Sequence[FitRecord]) -> bool:
+    limited = {record.stimulus.holds.get(problem.subject.drive) for record in tests} & {"band-limited"}
+    return bool(tests and hypothesis.states and not limited and problem.subject.reads_initial_states)
+
+
+def _cut_into_pieces(held: Problem, hypothesis: Hypothesis) -> tuple[tuple[FitRecord, ...], str] | None:
+    """Return the predictable pieces of all records and a note on them; None where that is too little of them."""
+    limits = held.thresholds.nominal_fit
+    periods = limits.predictable_periods
     pieces = [
-        started(segment, nominal)
-        for segment in cut_records(held, nominal, periods * 2.0 * np.pi / problem.scales.rate)
+        started(segment, hypothesis)
+        for segment in cut_records(held, hypothesis, periods * 2.0 * np.pi / held.scales.rate)
     ]
-    kept = _predictable_pieces(replace(held, records=tuple(pieces)), nominal)
-    if len(kept) < problem.thresholds.nominal_fit.least_predictable_pieces * len(pieces):
-        return tuple(tests), WHOLE
+    kept = _predictable_pieces(replace(held, records=tuple(pieces)), hypothesis)
+    if len(kept) < limits.least_predictable_pieces * len(pieces):
+        return None
     text, lost = IN_PIECES.format(len(kept), periods), len(pieces) - len(kept)
     return kept, text + (UNDECIDED_PIECES.format(lost) if lost else "")
 

@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 
+from rtctl.diagnosis.nominal_fit.predictability import cut_tests_of_another_course
 from rtctl.diagnosis.problem.cancellation import CancelledError
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
@@ -67,7 +68,12 @@ def find_causes(request: SearchRequest, *, whole: bool) -> FoundCauses:
         request: What the search needs.
         whole: Whether whole records are fitted; static loops are refitted to whole records only.
     """
-    found = _search_in_turn(request, whole=whole)
+    found = _search_first(request, whole=whole)
+    course = ""
+    if whole and not found.cancelled:
+        request, course = _judge_by_pieces(request, found.result)
+        found = found if _is_final(found) else _search_further(request, found)
+    found = found._replace(tests=request.tests)
     problem, result = found.result.refined_problem or request.problem, found.result
     if whole:
         result = add_untold_rivals(result, problem, request.tests)
@@ -76,23 +82,37 @@ def find_causes(request: SearchRequest, *, whole: bool) -> FoundCauses:
     result, others = keep_one_dissipation_law(result, problem, request.ids)
     result, minor = drop_minor(result, problem, request.tests, request.ids)
     dropped = [(IMITATING, others), (MINOR, minor)]
-    notes = [*found.notes, *(text.format(" and ".join(names)) for text, names in dropped if names)]
+    notes = [
+        *filter(None, [course]),
+        *found.notes,
+        *(text.format(" and ".join(names)) for text, names in dropped if names),
+    ]
     return found._replace(
         result=choose_largest_part(result, problem, request.tests, request.ids), notes=notes
     )
 
 
-def _search_in_turn(request: SearchRequest, *, whole: bool) -> FoundCauses:
-    """Search behind coarse loops, then with the loops as they are, then behind loops that are off elsewhere."""
+def _search_first(request: SearchRequest, *, whole: bool) -> FoundCauses:
+    """Search behind coarse loops, or with the loops as they are."""
     first = _look_behind_coarse_loops(request) if whole and request.tests else None
     if first is None or (first.result.out_of_time and not _is_final(first)):
-        first = _search(request, correct=whole)
-    if not whole or _is_final(first):
-        return first
+        return _search(request, correct=whole)
+    return first
+
+
+def _search_further(request: SearchRequest, first: FoundCauses) -> FoundCauses:
+    """Hold what was found to the test records, then search behind loops that are off elsewhere."""
     finished = _finish_by_test_records(request, first)
     if first.behind_refitted_loops or _is_final(finished):
         return finished
     return _look_behind_loop_errors(request, finished)
+
+
+def _judge_by_pieces(request: SearchRequest, result: SearchResult) -> tuple[SearchRequest, str]:
+    """Return the request with test records in pieces where free runs of what was found take another course."""
+    problem = result.refined_problem or request.problem
+    tests, note = cut_tests_of_another_course(problem, result.chosen.hypothesis, tuple(request.tests))
+    return request._replace(tests=tests), note
 
 
 def _is_final(found: FoundCauses) -> bool:

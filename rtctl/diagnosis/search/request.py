@@ -88,3 +88,5 @@ class FoundCauses(NamedTuple):
     """Whether the user stopped it."""
     behind_refitted_loops: bool = False
     """Whether the catalogue was searched with refitted loops too."""
+    tests: tuple[FitRecord, ...] = ()
+    """Test records by which it was judged."""

@@ -108,6 +108,10 @@ class NominalFitThresholds:
     least_predictable_pieces: float = 0.33
     """Share of the pieces that have to be left; with fewer whole test records are scored."""
 
+    followed_within_segments: float = 0.2
+    """Misfit over segments of a period in that of free runs, below which a model follows the motion and only its free
+    runs take another course."""
+
     # Segmentation of records that drift.
     stroke_periods: float = 0.5
     """Length of a segment of a drifting body [periods of the motion]."""
