@@ -6,8 +6,8 @@ import dataclasses
 
 import numpy as np
 import pytest
-from coarse_cases import dataset, identified, stepped_film
-from vo2_model_cases import UNITS
+from coarse_cases import dataset, identified, readings, stepped_film
+from vo2_model_cases import PERIOD_S, TAU_S, UNITS
 
 from rtctl.diagnosis.diagnose import diagnose
 from rtctl.diagnosis.problem.cancellation import CancellationToken
@@ -27,6 +27,7 @@ from rtctl.diagnosis.search.static_loops import hysteresis_refit
 from rtctl.diagnosis.search.stepwise import significance_level
 from rtctl.diagnosis.thresholds import SearchThresholds, Thresholds
 from rtctl.diagnosis.verification import nonparametric_comparison
+from rtctl.identification.vo2.heating import simulate_heating
 from rtctl.measured.dataset import Dataset
 from rtctl.models.vo2 import read_model, write_model
 from rtctl.simulations.vo2 import vo2_simulation
@@ -38,6 +39,7 @@ FEW_LEVELS = 17
 MORE_LEVELS = 27
 """So many that the gate lets pass what the loops are off by between them."""
 ZONE_MA = 8.0
+SLOW_SHARE, SLOW_S = 0.02, 25e-3
 UNCORRECTED = Thresholds(search=SearchThresholds(worth_correcting=np.inf))
 """Loops stay as they are behind a set that passes."""
 FEW = ("actuation.delay", "sensor.lag")
@@ -173,6 +175,33 @@ def test_a_small_cause_beside_them_is_none_where_other_loops_explain_it(few_leve
     after = refitter.refit_behind(search)
     assert after.passes
     assert after.chosen.hypothesis.mechanisms == ("actuation.delay",)
+
+
+def heated_slowly(problem: Dataset) -> Dataset:
+    """The same film of which a part of the heating comes later than a step of the staircase lasts."""
+    records = []
+    for number, one in enumerate(problem.records):
+        current = one.signals["current"]
+        fast, slow = (simulate_heating(current, PERIOD_S, tau) for tau in (TAU_S, SLOW_S))
+        heat = np.sqrt((1.0 - SLOW_SHARE) * fast**2 + SLOW_SHARE * slow**2)
+        records.append(
+            dataclasses.replace(one, signals={"current": current, **readings(heat, 0.3, seed=number)})
+        )
+    return dataclasses.replace(problem, records=tuple(records))
+
+
+@pytest.mark.slow
+def test_a_cause_that_is_in_the_staircase_too_is_found_behind_loops_that_are_refitted_beside_it():
+    """Loops that were identified with it have it in them: it fits badly with these, and loops without it fit well."""
+    problem = heated_slowly(dataset(share=0.3))
+    found = answer(
+        problem, identified(problem), ids=("thermal.second_time_constant", "thermal.phase_heating")
+    )
+    assert found.causes[0].id == "thermal.second_time_constant"
+    assert found.search.hysteresis_refit is not None
+    fitted = found.causes[0].parameters
+    assert fitted["share"].value == pytest.approx(SLOW_SHARE, rel=0.3)
+    assert fitted["time_constant"].value == pytest.approx(SLOW_S, rel=0.4)
 
 
 def beyond(problem: Dataset, zone_mA: float) -> Dataset:

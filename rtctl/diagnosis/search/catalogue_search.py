@@ -146,9 +146,31 @@ def _look_behind_coarse_loops(request: SearchRequest) -> FoundCauses | None:
         return FoundCauses(refitted, [], cancelled=False)
     found = _search_behind_refitted_loops(request, refitted, refitter)
     is_alone = found.result.chosen.hypothesis.mechanisms == refitted.nominal.hypothesis.mechanisms
-    if is_alone and not found.cancelled and first.result.passes:
+    if not is_alone or found.cancelled:
+        return found
+    if first.result.passes:
         return first._replace(behind_refitted_loops=True)
-    return found
+    return _refit_beside_each(request, first.result, found, refitter)
+
+
+def _refit_beside_each(
+    request: SearchRequest, first: SearchResult, found: FoundCauses, refitter: LoopRefitter
+) -> FoundCauses:
+    """Refit the loops behind each of the best single causes, where refitted loops alone would be the answer.
+
+    A cause that was there when the loops were identified is in them: with the loops of the file it fits badly, and
+    loops that are refitted without it take up its part.
+    """
+    names = request.nominal.mechanisms
+    singles = [one.hypothesis for one in first.rankings[0]] if first.rankings else []
+    rivals = [one for one in singles if set(one.mechanisms) - set(names) != {HYSTERESIS_SHAPE}]
+    try:
+        result = refitter.refit_behind_best(
+            found.result, rivals[: request.problem.thresholds.search.refits_beside]
+        )
+    except CancelledError:
+        return found._replace(cancelled=True, notes=[*found.notes, LOOPS_NOT_REFITTED])
+    return found._replace(result=result)
 
 
 def _look_behind_loop_errors(request: SearchRequest, found: FoundCauses) -> FoundCauses:

@@ -52,6 +52,8 @@ class SearchThresholds:
     """Number of sets of one size that are refitted from short segments where no set passes."""
     sets_over_segments: int = 24
     """Number of sets of one size whose fits to short segments are compared where none is near the readings."""
+    refits_beside: int = 3
+    """Number of single causes behind which static loops are refitted where refitted loops alone would be the answer."""
     stall_shares: tuple[float, ...] = (0.8, 0.5, 0.5, 0.25)
     """Share of the smaller set's cost, by the number of causes (the last for all larger sets), above which the search
     ends: real devices are never exactly the model, and a further cause then only absorbs model error."""

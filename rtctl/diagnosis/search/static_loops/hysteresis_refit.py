@@ -80,6 +80,22 @@ class LoopRefitter:
             chosen=tested, passes=tested.p_value > self.level, equivalent=(), hysteresis_refit=refit
         )
 
+    def refit_behind_best(self, alone: SearchResult, rivals: Sequence[Hypothesis]) -> SearchResult:
+        """Refit the loops behind each of `rivals`; return the best of these, `alone` where test records support none.
+
+        Args:
+            alone: Loops refitted behind no cause.
+            rivals: Sets of one cause each, with the loops of the file.
+        """
+        best = alone
+        for one in rivals:
+            if not self._has_left(self.problem.thresholds.budget.refit_twice):
+                break
+            tried = self._refit_and_test(alone, one)
+            if tried.chosen.hypothesis.cost < best.chosen.hypothesis.cost:
+                best = tried
+        return best
+
     def _refit_and_test(self, result: SearchResult, known: Hypothesis) -> SearchResult:
         """Refit the loops behind `known`, drop the causes that they replace, and test what that gains."""
         problem, nominal = self.problem, result.nominal.hypothesis
