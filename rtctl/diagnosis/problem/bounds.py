@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from statistics import NormalDist
 
 import numpy as np
@@ -33,8 +34,8 @@ def parameter_bounds(problem: Problem, sensitivity: Sensitivity) -> tuple[FloatA
             most = max(thresholds.nominal_range, thresholds.start_range * abs(float(start[k])))
             low[k], high[k] = max(low[k], -most), min(high[k], most)
         if declared.quantiles:
-            places = places_of_motion(declared, problem, _form_of(sensitivity, parameter.mechanism))
-            low[k], high[k] = min(places) / sensitivity.scale[k], max(places) / sensitivity.scale[k]
+            least, most = _place_bounds(declared, problem, _form_of(sensitivity, parameter.mechanism))
+            low[k], high[k] = least / sensitivity.scale[k], most / sensitivity.scale[k]
         elif declared.is_shape:
             least, most = _shape_bounds(declared, problem, sensitivity.scale[k])
             low[k], high[k] = max(low[k], least), min(high[k], most)
@@ -66,13 +67,34 @@ def places_of_motion(declared: Parameter, problem: Problem, form: str) -> list[f
 
     Where the displacement was not measured, they are those of a normal distribution of its size about zero.
     """
+    return _quantiles(declared, problem, _levels_of(declared, form))
+
+
+def _place_bounds(declared: Parameter, problem: Problem, form: str) -> tuple[float, float]:
+    """Return the range of a place of the motion, in its unit: to the end of the motion where a search begins near it.
+
+    A stop that a motion only just reaches is touched in few samples.
+    """
+    levels, margin = _levels_of(declared, form), problem.thresholds.problem.end_of_motion
+    ends = (
+        0.0 if min(levels) < margin else min(levels),
+        1.0 if max(levels) > 1.0 - margin else max(levels),
+    )
+    least, most = _quantiles(declared, problem, ends)
+    return least, most
+
+
+def _levels_of(declared: Parameter, form: str) -> Sequence[float]:
     chosen = declared.quantiles.get(form) or declared.quantiles.get("")
-    levels = chosen or [one for own in declared.quantiles.values() for one in own]
+    return chosen or [one for own in declared.quantiles.values() for one in own]
+
+
+def _quantiles(declared: Parameter, problem: Problem, levels: Sequence[float]) -> list[float]:
     name = "displacement"
     read = [record.measured[name][record.first :] for record in problem.records if name in record.measured]
     if not read:
-        size = abs(float(declared.scale(problem.scales)))
-        return [size * NormalDist().inv_cdf(level) for level in levels]
+        size, far = abs(float(declared.scale(problem.scales))), problem.thresholds.problem.farthest_quantile
+        return [size * NormalDist().inv_cdf(min(max(level, far), 1.0 - far)) for level in levels]
     found: list[float] = np.quantile(np.concatenate(read), levels).tolist()
     return found
 

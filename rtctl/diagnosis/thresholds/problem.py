@@ -48,3 +48,10 @@ class ProblemThresholds:
     """Number of readings at least: of so many without steps the function is a tenth by chance."""
     quantization_bins: int = 16384
     """Bins of the histogram whose spectrum the function is; a step is 32 of them at least."""
+
+    # Places of the motion, such as that of a stop.
+    end_of_motion: float = 0.01
+    """Share of the readings beyond the outermost place from which a search starts, up to which a fit may move a place
+    to the end of the motion: of a lightly damped cantilever's readings 0.3 % lay beyond the place of its stop."""
+    farthest_quantile: float = 1e-4
+    """Quantile that stands for the end of a motion whose displacement was not measured."""

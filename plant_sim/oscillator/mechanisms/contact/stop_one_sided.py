@@ -10,7 +10,12 @@ from typing import Any
 
 from plant_sim.oscillator.equation.binding import law
 from plant_sim.oscillator.mechanism import Memory, OscillatorMechanism, coefficient, shape
-from plant_sim.oscillator.mechanisms.contact.stops import DAMPER, MOST_OF_A_STOP, rate_of_a_stop, retardation_time
+from plant_sim.oscillator.mechanisms.contact.stops import (
+    DAMPER,
+    MOST_OF_A_STOP,
+    rate_of_a_stop,
+    retardation_time,
+)
 
 
 # 8 parameters because every memory law has them (`plant_sim.oscillator.equation.memory`)
