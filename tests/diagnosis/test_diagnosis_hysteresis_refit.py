@@ -111,10 +111,13 @@ def test_the_page_shows_where_relays_switch(found):
 
 
 @pytest.mark.slow
-def test_a_delay_beside_them_is_named_as_well(stepped):
+def test_a_delay_beside_them_is_named_and_they_are_put_right(stepped):
+    """What the staircases show of the loops is a small part of what a delay of four samples leaves."""
     problem, model = stepped
     found = answer(late(problem), model)
-    assert {cause.id for cause in found.causes} == {hysteresis_refit.ID, "actuation.delay"}
+    assert [cause.id for cause in found.causes] == ["actuation.delay"]
+    assert found.search.hysteresis_refit is not None
+    assert any("static loops of the model are coarse" in one for one in found.warnings)
 
 
 @pytest.mark.slow
