@@ -51,7 +51,7 @@ def fit_segments(
         cost = _cost_of_segments(problem, simulation, fixed_parameters, periods, most)
         sensitivity = cost.sensitivity
         shared = sensitivity.current_values[sensitivity.free] / sensitivity.scale
-        cost = _without_diverging(cost, shared)
+        cost = without_diverging(cost, shared)
         cost, unknowns = _without_stray(cost, shared, limits) if settle else (cost, cost.start(shared))
         low, high = parameter_bounds(problem, sensitivity)
         minimum = minimise(
@@ -102,7 +102,7 @@ def _cost_of_segments(
     )
 
 
-def _without_diverging(cost: SegmentCost, shared: FloatArray) -> SegmentCost:
+def without_diverging(cost: SegmentCost, shared: FloatArray) -> SegmentCost:
     """Drop the segments that diverge at once: beyond its barrier a softening spring has no motion to fit."""
     unknowns = cost.start(shared)
     kept = [segment for k, segment in enumerate(cost.segments) if cost.linearise(k, unknowns) is not None]

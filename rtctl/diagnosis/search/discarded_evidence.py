@@ -1,24 +1,24 @@
-"""Initial parts that show nothing wrong, of a motion that nothing leads elsewhere: what was cut off is the evidence.
+"""Initial parts that show nothing wrong, of records whose ends the model does not follow: is the evidence there?
 
 Records are cut where free runs take another course, since between two wells or at a jump a model with any error does
-so sooner or later. A resonator without either cannot: where it leaves a record for good, something struck it there,
-such as a stop that only the largest motion reaches. Then whole records are judged.
-
-A spring with a cubic force jumps if its frequency shifts by 3 |k3| A^2 / (8 w) >= c / sqrt(3) at the amplitude A
-(A. Nayfeh, D. Mook, Nonlinear Oscillations, 1979, section 4.1).
+so sooner or later. The right model follows such a motion all the same from the state that it has at any moment. Where
+the model misses short segments of what was cut off, each from its own initial state, by more than it misses those that
+were kept, something acts there, such as a stop that only the largest motion reaches. Then whole records are judged.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
+from dataclasses import replace
 
-from rtctl.border.simulation import Simulation
+import numpy as np
+
+from rtctl.diagnosis.nominal_fit.misfit.segment_misfit import misfits_of_segments
 from rtctl.diagnosis.nominal_fit.nominal_fit import NominalFit
+from rtctl.diagnosis.nominal_fit.predictability import period_of
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.stepwise import significance_level
-from rtctl.identification.scales import find_largest_displacement
 
 
 def restore_evidence(first: NominalFit, ids: Sequence[str], false_claim_rate: float) -> NominalFit:
@@ -29,22 +29,33 @@ def restore_evidence(first: NominalFit, ids: Sequence[str], false_claim_rate: fl
         ids: Mechanisms that are searched.
         false_claim_rate: How often a cause may be claimed where there is none.
     """
-    if not first.parted or first.whole is None or may_jump(first.nominal.simulation, first.problem):
+    if not first.parted or first.whole is None:
         return first
     tested = run_residual_tests(first.nominal, first.problem, ids)
     if not tested.p_value > significance_level(first.problem, false_claim_rate):
         return first
     problem, nominal = first.whole
+    if not misses_more_beyond(first, problem):
+        return first
     return first._replace(problem=problem, nominal=nominal, notes=first.notes[:-1], parted=False)
 
 
-def may_jump(simulation: Simulation, problem: Problem) -> bool:
-    """Return whether the motion may go another way, between wells or at a jump; True where that is not known."""
-    values = {one.name: one.value for one in simulation.parameters}
-    known = values.keys() <= {"damping", "stiffness", "stiffness_cubic", "drive_gain"}
-    stiffness, cubic = values.get("stiffness", 0.0), abs(values.get("stiffness_cubic", 0.0))
-    if not known or simulation.mechanisms or not stiffness > 0.0:
-        return True
-    rate = math.sqrt(stiffness)
-    shift = 3.0 * cubic * find_largest_displacement(problem.records, rate) ** 2 / (8.0 * rate)
-    return shift > problem.thresholds.nominal_fit.jump_share * values.get("damping", 0.0) / math.sqrt(3.0)
+def misses_more_beyond(first: NominalFit, whole: Problem) -> bool:
+    """Return whether the model of the initial parts misses short segments of the rest of `whole` by more."""
+    kept = {record.name: record.samples for record in first.problem.records}
+    ends = [(record, kept.get(record.name, record.first)) for record in whole.records]
+    beyond = tuple(
+        record.cut(max(record.first, reach - 3 * period_of(whole, record) // 2), record.samples)
+        for record, reach in ends
+        if reach < record.samples
+    )
+    if not beyond:
+        return False
+    there, here = (
+        misfits_of_segments(replace(whole, records=records), first.nominal, whole)
+        for records in (beyond, first.problem.records)
+    )
+    if not (len(there) and len(here)):
+        return False
+    usual = float(np.sqrt(np.mean(here**2)))
+    return float(np.sqrt(np.mean(there**2))) > whole.thresholds.nominal_fit.missed_beyond * usual

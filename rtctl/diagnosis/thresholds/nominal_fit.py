@@ -84,8 +84,8 @@ class NominalFitThresholds:
     max_share_after: float = 0.5
     """Fraction of the squared error after the initial parts, from which these say more of the model than whole
     records."""
-    jump_share: float = 0.5
-    """Share of the frequency shift at which a cubic spring jumps, above which it may: shift and size are estimates."""
+    missed_beyond: float = 2.0
+    """Misfit over short segments of what was cut off over that of what was kept, above which something acts there."""
     max_prediction_rounds: int = 3
     """Rounds that fit the initial parts and find how far that fit follows the records."""
     diverging_ratio: float = 3.0
