@@ -101,6 +101,21 @@ def test_its_effect_is_what_its_sentence_says(identity: str) -> None:
         assert off(found_v, v) < 2.0 * oracle.tolerance  # higher frequencies weigh more in it
 
 
+@pytest.mark.parametrize("exponent", [0.3, 0.7])
+def test_a_damping_of_a_power_below_one_is_steep_at_rest(exponent: float) -> None:
+    level, speed, samples = 400.0, 12.0, multisine()
+
+    def rate(t: float, y: FloatArray, u: float) -> list[float]:
+        return [y[1], duffing(y[0], y[1], u) - level * math.copysign(abs(y[1] / speed) ** exponent, y[1])]
+
+    z = solved(rate, samples, "linear", [Z_0, V_0])[:, 0]
+    bound = simulation("damping.power")
+    values = {"damping.power.level": level, "damping.power.exponent": exponent, "damping.power.speed": speed}
+    found = bound.predict(stimulus(samples, "linear"), lane(bound, values)).outputs["displacement"][0]
+    assert off(predicted(samples, "linear")[0], z) > 0.01
+    assert off(found, z) < 2e-4  # it is smooth within a thousandth of that speed
+
+
 def test_the_frictions_oracle_sticks_and_slips() -> None:
     _, v = oracle_motion("friction.coulomb", multisine(), "linear")
     assert 10 < np.count_nonzero(v == 0.0) < SAMPLES - 100
