@@ -29,6 +29,7 @@ from rtctl.diagnosis.search.successive_halving import (
     fit_in_rounds,
     halve_successively,
     is_in_contention,
+    select_by_free_shapes,
     select_other_forms,
     select_promising,
 )
@@ -40,6 +41,14 @@ from rtctl.plants.vo2.log_resistance import LOG_RESISTANCE
 
 DRIFT = "thermal.ambient_drift"
 LIMITS = SearchThresholds()
+MODE = {
+    "id": "mode.second",
+    "parameters": {
+        "mass_ratio": {"value": 0.02, "unit": "dimensionless"},
+        "frequency": {"value": 45.0, "unit": "Hz"},
+        "damping_ratio": {"value": 0.05, "unit": "dimensionless"},
+    },
+}
 
 
 @pytest.fixture(scope="module")
@@ -280,3 +289,38 @@ def test_another_form_of_a_set_that_goes_to_the_end_goes_with_it(
     field = [first, second, one("damping.quadratic", 1.2), driven, hopeless]
     found = select_other_forms(field, [first, second], LIMITS)
     assert [each is driven for each in found] == [True]
+
+
+def test_a_set_whose_shape_is_still_at_its_default_is_judged_with_it_free() -> None:
+    """A carried mode of 5 % damping, fitted with the default of 1 %, is behind a law of damping that fits less."""
+    plant = device(MODE)
+    drives = [noise_drive(seed) for seed in range(2)]
+    records = tuple(
+        FitRecord(
+            name="r",
+            stimulus=Stimulus(inputs={"drive": drive}, holds={"drive": "linear"}, period_s=PERIOD_S),
+            measured={"displacement": measured(plant, drive)},
+        )
+        for drive in drives
+    )
+    problem = Problem(
+        subject=subject_of("oscillator"),
+        records=records,
+        scales=estimate_scales(records),
+        steps_per_period=64.0,
+    )
+    names, ratio = ("mode.second",), "mode.second.damping_ratio"
+    default = [0.01 if one.name == ratio else one.value for one in plant.parameters]
+    held = fit_hypothesis(
+        problem, plant.with_values(np.array(default)), names, fixed_parameters=frozenset({ratio})
+    )
+    assert held is not None
+    ahead = replace(
+        held, mechanisms=("damping.quadratic",), cost=0.98 * held.cost, predicted_cost=0.98 * held.cost
+    )
+    budget = WorkBudget.of(np.inf)
+    assert select_by_free_shapes(problem, [ahead, held], [ahead], budget) == [held]
+    nearer = replace(ahead, predicted_cost=0.1 * held.cost)
+    assert select_by_free_shapes(problem, [nearer, held], [nearer], budget) == []
+    free = replace(held, fixed_parameters=frozenset())
+    assert select_by_free_shapes(problem, [ahead, free], [ahead], budget) == []

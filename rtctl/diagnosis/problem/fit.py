@@ -121,6 +121,32 @@ def polish(problem: Problem, hypothesis: Hypothesis, iterations: int | None = No
     )
 
 
+def predict_with_free_shapes(problem: Problem, hypothesis: Hypothesis) -> float:
+    """Return the cost that a linear step promises once the shapes at their defaults are free.
+
+    It is infinite where there are none, or where the model diverges.
+    """
+    shapes = _defaulted_shapes(hypothesis.simulation, hypothesis.mechanisms)
+    freed = {
+        one.name
+        for one in hypothesis.simulation.parameters
+        if one.name in hypothesis.fixed_parameters
+        and one.name in shapes
+        and not (one.declared.redundant or one.declared.stays_at(one.value))
+    }
+    if not freed:
+        return np.inf
+    fit = fit_hypothesis(
+        problem,
+        hypothesis.simulation,
+        hypothesis.mechanisms,
+        hypothesis.starts,
+        0,
+        hypothesis.fixed_parameters - freed,
+    )
+    return np.inf if fit is None else fit.predicted_cost
+
+
 def defaulted(simulation: Simulation) -> frozenset[str]:
     """Return the names of the shapes that have a default value or set a unit; they stay until the rest is known."""
     return frozenset(_defaulted_shapes(simulation, [mechanism.id for mechanism in simulation.mechanisms]))

@@ -14,7 +14,7 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.nominal_fit.basin_search import search_basins
 from rtctl.diagnosis.nominal_fit.initial_states import improve_initial_states
-from rtctl.diagnosis.problem.fit import fit_hypothesis, polish
+from rtctl.diagnosis.problem.fit import fit_hypothesis, polish, predict_with_free_shapes
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.work_budget import WorkBudget
@@ -89,6 +89,7 @@ def fit_in_rounds(
     field = _sort_by_cost(leaders.values())
     finalists = _select_in_reach(field, limits.finalists, limits)
     finalists += select_other_forms(field, finalists, limits)
+    finalists += select_by_free_shapes(initial, field, finalists, budget)
     if initial is not problem:  # costs of few samples and of all cannot be compared
         return _finish_on_all_samples(problem, candidates, finalists)
     finished = _finish(problem, finalists, budget)
@@ -267,6 +268,26 @@ def select_other_forms(
     others = (one for one in field if not _is_among(one, finalists) and frozenset(one.mechanisms) in sets)
     near = (one for one in others if one.cost < limits.other_form_cost * finalists[0].cost)
     return list(near)[: limits.other_forms]
+
+
+def select_by_free_shapes(
+    problem: Problem, field: Sequence[Hypothesis], finalists: Sequence[Hypothesis], budget: WorkBudget
+) -> list[Hypothesis]:
+    """Select the further sets that promise less than every finalist once shapes at their defaults are free.
+
+    A second mode of the wrong damping is behind four laws of damping that all fit the same part of the residual.
+    """
+    limits = problem.thresholds.search
+    least = min((one.predicted_cost for one in finalists), default=0.0)
+    near = [
+        one
+        for one in field
+        if not _is_among(one, finalists)
+        and one.cost < limits.contending_cost_if_promising * finalists[0].cost
+    ]
+    promised = [(np.inf if budget.spent else predict_with_free_shapes(problem, one), one) for one in near]
+    promised.sort(key=lambda pair: pair[0])
+    return [one for cost, one in promised if cost < least][: limits.promising]
 
 
 def select_promising(
