@@ -154,11 +154,13 @@ class Diagnosis:
             [cause.certainty, cause.id, cause.statement, ", ".join(cause.indistinguishable_from)]
             for cause in self.causes
         ]
+        from rtctl.diagnosis.report.words.noise import describe_noise
+
         notes = list(self.warnings)
         if (gain := self.gain) is not None:
             after = f", {number(gain.after, gain.unit)} with the causes" if self.causes else ""
             notes.insert(0, f"error on test records: {number(gain.before, gain.unit)}{after} "
-                            f"(noise {number(gain.noise_floor, gain.unit)})")  # fmt: skip
+                            f"({describe_noise(self.answer)})")  # fmt: skip
         title = f"{self.dataset.name}: {self.verdict.replace('_', ' ')}"
         return html_table(title, ["probability", "cause", "statement", "not told apart from"], rows, notes)
 

@@ -21,6 +21,7 @@ from rtctl.diagnosis.report.words.findings import (
     spring_of,
     with_error,
 )
+from rtctl.diagnosis.report.words.noise import describe_noise
 from rtctl.diagnosis.report.words.plain_words import words_of_coordinate
 from rtctl.diagnosis.result import EXTENDED_MODEL, Diagnosis
 from rtctl.output.readable_units import readable, readable_unit
@@ -87,7 +88,7 @@ def _print_gain(found: Diagnosis) -> None:
         less = f"; {gain.ratio:.3g} times less, 95 % between {gain.ratio_low:.3g} and {gain.ratio_high:.3g}"
         print(
             f"  error on test records: {readable(gain.before, gain.unit)}{after} "
-            f"(noise {readable(gain.noise_floor, gain.unit)}){less if found.causes else ''}"
+            f"({describe_noise(found)}){less if found.causes else ''}"
         )
     if found.loop is not None:
         loop, unit = found.loop, readable_unit(found.loop.before, found.loop.unit)

@@ -15,6 +15,7 @@ from rtctl.diagnosis.report.words.findings import (
     doubts_of,
     name_beyond_linear,
 )
+from rtctl.diagnosis.report.words.noise import Noise
 from rtctl.diagnosis.report.words.plain_words import words_of_coordinate
 from rtctl.diagnosis.report.words.remainder import Remainder
 from rtctl.diagnosis.residual.noise_floor import residual_over_noise
@@ -125,7 +126,7 @@ def describe_remainder(diagnosis: Diagnosis) -> str:
     output = diagnosis.problem.subject.output
     over_noise = residual_over_noise(diagnosis.search.chosen)
     size = diagnosis.problem.size(output)
-    return Remainder.of(over_noise, output, diagnosis.units[output], diagnosis.noise_rms, size).in_words
+    return Remainder.of(over_noise, output, diagnosis.units[output], Noise.of(diagnosis), size).in_words
 
 
 def quantities_of(cause: Cause, derived: tuple[Derived, ...]) -> list[Derived]:

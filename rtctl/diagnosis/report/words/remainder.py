@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from rtctl.diagnosis.report.words.noise import Noise
 from rtctl.output.readable_units import readable
 
 SMALL, ALIKE = 0.5, 2.0
@@ -21,13 +22,12 @@ class Remainder(NamedTuple):
     unit: str
     over_noise: float
     """What is left over the noise."""
-    noise: float
-    """Noise of the reading, in `unit`."""
+    noise: Noise
     size: float
     """The reading itself, in `unit`."""
 
     @classmethod
-    def of(cls, residual_over_noise: float, output: str, unit: str, noise: float, size: float) -> Remainder:
+    def of(cls, residual_over_noise: float, output: str, unit: str, noise: Noise, size: float) -> Remainder:
         """Return what is left where the whole residual is so many times the noise."""
         over = math.sqrt(max(residual_over_noise**2 - 1.0, 0.0))
         return cls(output, unit, over, noise, size)
@@ -35,10 +35,22 @@ class Remainder(NamedTuple):
     @property
     def in_words(self) -> str:
         """Return its size and whether it matters, as a sentence."""
-        rms = self.over_noise * self.noise
-        size = f"{100.0 * rms:.2g} %" if self.unit.startswith("ln(") else readable(rms, self.unit, 3)
-        share = f"{100.0 * rms / self.size:.2g} % of the {self.output.replace('_', ' ')} itself"
-        return f"What is left beside the noise is {size} (RMS), {share}: {self._judgement}."
+        if self.noise.may_hold_misfit:
+            whole = self.noise.rms * math.hypot(self.over_noise, 1.0)
+            certain = self._size(self.noise.unpredictable_rms)
+            return (
+                f"What is left is {self._size(whole)} (RMS), {self._share(whole)}. Only {certain} of it is certainly "
+                "noise, which cannot be predicted from what came before; the rest is as smooth as a motion, and may be "
+                "slow noise or what the model lacks."
+            )
+        rms = self.over_noise * self.noise.rms
+        return f"What is left beside the noise is {self._size(rms)} (RMS), {self._share(rms)}: {self._judgement}."
+
+    def _size(self, rms: float) -> str:
+        return f"{100.0 * rms:.2g} %" if self.unit.startswith("ln(") else readable(rms, self.unit, 3)
+
+    def _share(self, rms: float) -> str:
+        return f"{100.0 * rms / self.size:.2g} % of the {self.output.replace('_', ' ')} itself"
 
     @property
     def _judgement(self) -> str:
