@@ -149,7 +149,9 @@ def _answer(
     coordinates = [place.coordinate for place in where]
     remarks = remark(verified, search, problem, units, request.options.false_claim_rate, stopped=stopped)
     if verdict.claim == "unexplained":
-        remarks += describe_nearest_cause(search, holdout, problem.subject.output, problem.thresholds.report)
+        remarks += describe_nearest_cause(
+            search, holdout, problem.subject.output, problem.thresholds.report, stopped=stopped
+        )
     request.report("the next experiment, and what the answer is worth")
     proposed = None if stopped or not problem.subject.takes_scenarios else propose_experiment(
         choose_rivals(search, verdict, problem.thresholds.verification),

@@ -10,12 +10,14 @@ import pytest
 from diagnosis_cases import FRICTION, device, measured, noise_drive
 from vo2_model_cases import PERIOD_S, predict, simulation, telegraph
 
+from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation, Stimulus
 from rtctl.diagnosis.nominal_fit.misfit.allowed_misfit import allow_misfit
 from rtctl.diagnosis.problem.cancellation import CancellationToken
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.subject import FittedModel, FittedRecords
 from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
@@ -200,6 +202,20 @@ def test_causes_that_pass_are_asked_for_forces_along_the_past_of_the_motion() ->
         friction, nominal, run_residual_tests(named, friction, ()), WorkBudget.of(), report.append
     )
     assert not report, "no law was fitted where nothing is suspected"
+
+
+def test_a_motion_of_one_frequency_has_no_force_along_its_past_to_ask_for() -> None:
+    """Of a ring-down a force that is late is a spring and a damper: none of them is visible beside these."""
+    problem, _, named = braked("dry")
+    past = problem.subject.memory_forces
+    assert past is not None
+
+    def invisible(model: FittedModel, records: FittedRecords, index: int) -> FloatArray:
+        return np.zeros((len(past.forces), 1, problem.records[index].samples - problem.records[index].first))
+
+    hidden = replace(problem.subject, memory_forces=past._replace(force_sensitivities=invisible))
+    tested = run_residual_tests(named, problem, ())
+    assert compute_memory_p_value(tested, replace(problem, subject=hidden)) == 1.0
 
 
 @pytest.mark.slow

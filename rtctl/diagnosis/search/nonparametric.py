@@ -138,7 +138,7 @@ def _take_first_records(problem: Problem) -> Problem:
 
 
 def compute_memory_p_value(named: TestedHypothesis, problem: Problem) -> float:
-    """Return the p-value of forces along the past motion in the residual; 1 for a subject that has none."""
+    """Return the p-value of forces along the past motion in the residual; 1 where none can be tested."""
     past = problem.subject.memory_forces
     if past is None:
         return 1.0
@@ -147,7 +147,7 @@ def compute_memory_p_value(named: TestedHypothesis, problem: Problem) -> float:
         subject=replace(problem.subject, forces=past.forces, force_sensitivities=past.force_sensitivities),
     )
     tests = run_residual_tests(named.hypothesis, with_past, (), named.noise).tests
-    return min(test.p_value for test in tests if test.name == "generic forces")
+    return min((test.p_value for test in tests if test.name == "generic forces"), default=1.0)
 
 
 def _is_likelier(law: Hypothesis, named: Hypothesis, problem: Problem, noise_of: TestedHypothesis) -> bool:
