@@ -253,6 +253,10 @@ def spoil(record, name, value, where=50):
             lambda r: (with_signals(r[0], deflection=np.full(r[0].samples, 3.0)), r[1]),
             ["deflection never changes", "instrument"],
         ),
+        (
+            lambda r: tuple(with_signals(x, deflection=-x.signals["deflection"]) for x in r[:2]),
+            ["deflection falls while the film heats", "scale = -1", "[signals.deflection]"],
+        ),
     ],
     ids=[
         "no staircase",
@@ -263,6 +267,7 @@ def spoil(record, name, value, where=50):
         "no deflection",
         "stuck R",
         "stuck D",
+        "counted against",
     ],
 )
 def test_a_dataset_that_cannot_give_a_model_is_refused_by_file_and_cure(small, change, words):

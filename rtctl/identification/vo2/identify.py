@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import spearmanr
 from threadpoolctl import threadpool_limits
 
 from rtctl.border.arrays import FloatArray
@@ -33,6 +34,12 @@ Report = Callable[[str], None]
 COARSE_CELLS = 24  # enough for the time constant
 PAPER_SMOOTHNESS = 1e-4  # of the paper's few levels, which need none
 MIN_LN_CHANGE = 0.05  # of resistance; a VO2 film's is 2 and more
+FALLING = -0.5
+"""Rank correlation of the deflection with -ln R, below which the deflection is counted against the heating."""
+FALLS = (
+    "{}: the deflection falls while the film heats, and these models have one that grows. Write scale = -1 in "
+    "[signals.deflection] of the manifest, or turn the sign at the instrument; setpoints count in that direction then"
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -235,6 +242,8 @@ def _prepare_data(dataset: Dataset) -> _Data:
         )
     if not np.ptp(ends.deflection_um[has_deflection]) > 0.0:
         raise InputError(f"{dataset.path}: deflection never changes; check the external instrument's channel")
+    if float(spearmanr(u[has_deflection], ends.deflection_um[has_deflection]).statistic) < FALLING:
+        raise InputError(FALLS.format(dataset.path))
     u = np.where(ends.reset, low - width, u)  # the reset samples reset models of u as well
     return _Data(
         v=ends.current_mA,
