@@ -40,6 +40,7 @@ MECHANISMS: dict[str, str] = {
     "mode.second carried": 'mass_ratio = { value = 0.2, unit = "dimensionless" }, frequency = { value = 40.0, unit = "Hz" }',
     "drive.harmonics": 'second = { value = 0.1, unit = "1/V" }, third = { value = 0.05, unit = "1/V^2" }',
     "drive.saturation": 'curvature = { value = 2.0, unit = "1/V^2" }',
+    "drive.saturation clipped": 'clipped = { value = 0.9, unit = "dimensionless" }, limit = { value = 0.4, unit = "V" }',
     "drive.deadband": 'width = { value = 0.2, unit = "V" }',
     "drive.lag": 'time_constant = { value = 4.0, unit = "ms" }, settled = { value = 0.5, unit = "dimensionless" }',
     "drive.offset": 'offset = { value = 0.3, unit = "V" }',

@@ -153,6 +153,10 @@ def dahl(y: FloatArray, p: P) -> float:
     return float(stiffness * y[1] * (1.0 - y[2] / p["level"] * np.sign(y[1])))
 
 
+def clipped(u: float, p: P) -> float:
+    return u - p["clipped"] * (u - min(max(u, -p["limit"]), p["limit"]))
+
+
 ORACLES: dict[str, Oracle] = {
     "stiffness.quadratic": Oracle(
         values={"coefficient": 3.0e4},
@@ -211,8 +215,9 @@ ORACLES: dict[str, Oracle] = {
         drive_side=True,
     ),
     "drive.saturation": Oracle(
-        values={"curvature": 0.9},
-        rate=lambda t, y, u, p: [y[1], duffing(y[0], y[1], langevin(u, p["curvature"]))],
+        values={"curvature": 0.9, "clipped": 0.7, "limit": 0.8},
+        rate=lambda t, y, u, p: [y[1], duffing(y[0], y[1], clipped(langevin(u, p["curvature"]), p))],
+        tolerance=2e-5,
         drive_side=True,
     ),
     "drive.deadband": Oracle(

@@ -30,7 +30,7 @@ def test_saturation_is_langevins_function_to_fourteen_digits() -> None:
     u = np.concatenate((sizes, -sizes)).reshape(-1, 1) * np.ones(3)
     saturated = MECHANISMS["drive.saturation"].drive
     assert saturated is not None
-    found = saturated(Driven(u, 1.0), {"curvature": 1.0}).nodes
+    found = saturated(Driven(u, 1.0), {"curvature": 1.0, "clipped": 0.0, "limit": 1.0}).nodes
     assert np.ptp(found, axis=1).max() == 0.0  # what is equal stays equal, though it is computed once
     assert found[:, 0] == pytest.approx([magnetisation(float(x)) for x in u[:, 0]], rel=1e-14)
 

@@ -62,6 +62,9 @@ static void drive_path(motion *s, const double *value, double t, double h, doubl
 #endif
 #ifdef HAS_DRIVE_SATURATION
     for (int c = 0; c < 3; c++) u[c] *= langevin(sqrt(DRIVE_SATURATION_CURVATURE) * u[c]);
+    for (int c = 0; c < 3; c++) {
+        u[c] -= DRIVE_SATURATION_CLIPPED * (u[c] - most(least(u[c], DRIVE_SATURATION_LIMIT), -DRIVE_SATURATION_LIMIT));
+    }
 #endif
 #ifdef HAS_DRIVE_HARMONICS
     for (int c = 0; c < 3; c++) u[c] += u[c] * u[c] * (DRIVE_HARMONICS_SECOND + DRIVE_HARMONICS_THIRD * u[c]);

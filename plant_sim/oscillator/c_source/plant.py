@@ -39,7 +39,7 @@ REASONS = {
     "input.hold": "the simulator says how an input goes on between communication points",
 }
 """Why mechanisms have no form in C."""
-EXTREMES_IN_PATH = {"drive.deadband", "actuator.backlash", "sensor.saturation"}
+EXTREMES_IN_PATH = {"drive.deadband", "drive.saturation", "actuator.backlash", "sensor.saturation"}
 """Those of them that need the larger and the smaller of two numbers."""
 PROPAGATOR = 14
 """Numbers in a `propagator` of linear.c."""

@@ -1,4 +1,8 @@
-"""`drive.saturation`: 3 L(x) / sqrt(curvature), x = sqrt(curvature) u, L(x) = coth x - 1 / x (Langevin)."""
+"""`drive.saturation`: as a magnetisation does or as an amplifier at its supply.
+
+3 L(x) / sqrt(curvature), x = sqrt(curvature) u, L(x) = coth x - 1 / x (Langevin)
+no more than +-limit
+"""
 
 from __future__ import annotations
 
@@ -7,7 +11,8 @@ import math
 import numpy as np
 
 from plant_sim.oscillator.integration.holds import compiled
-from plant_sim.oscillator.mechanism import Driven, OscillatorMechanism, Values, coefficient
+from plant_sim.oscillator.integration.pointwise import pointwise
+from plant_sim.oscillator.mechanism import Driven, OscillatorMechanism, Values, coefficient, shape
 from rtctl.border.arrays import FloatArray
 
 SMALL = 0.5
@@ -20,12 +25,14 @@ SERIES = (
 
 
 def saturated(drive: Driven, p: Values) -> Driven:
-    """Return the drive as a magnetisation follows it: u (1 - curvature u^2 / 15 + ...)."""
-    if p["curvature"] == 0.0:
-        return drive
-    out = np.empty_like(drive.nodes)
-    _saturate(drive.nodes, math.sqrt(p["curvature"]), out)
-    return drive._replace(nodes=out)
+    """Return the drive as a magnetisation follows it, u (1 - curvature u^2 / 15 + ...), or cut off."""
+    if p["curvature"] > 0.0:
+        out = np.empty_like(drive.nodes)
+        _saturate(drive.nodes, math.sqrt(p["curvature"]), out)
+        drive = drive._replace(nodes=out)
+    if p["clipped"] > 0.0:
+        drive = pointwise(drive, lambda u: u - p["clipped"] * (u - np.clip(u, -p["limit"], p["limit"])))
+    return drive
 
 
 @compiled
@@ -54,14 +61,42 @@ def _saturate(nodes: FloatArray, root: float, out: FloatArray) -> None:
 
 MECHANISM = OscillatorMechanism(
     id="drive.saturation",
-    statement="The drive saturates as a magnetisation does (Langevin), with a curvature of {curvature}.",
+    statement=(
+        "The drive saturates as a magnetisation does (Langevin), with a curvature of {curvature}, and {clipped} of "
+        "what is beyond {limit} is cut off."
+    ),
+    forms={
+        "curvature": "The drive saturates as a magnetisation does (Langevin), with a curvature of {curvature}.",
+        "clipped": "The drive is clipped at {limit}, of either sign: {clipped} of what is beyond does not act.",
+    },
     parameters=(
         coefficient(
             "curvature",
             "1/({u})^2",
             "inverse square of the drive at which it bends: u (1 - curvature u^2 / 15 + ...)",
             lambda s: 15.0 / s.drive**2,
+            default=0.0,
             low=0.0,
+        ),
+        coefficient(
+            "clipped",
+            "dimensionless",
+            "share of the drive beyond the limit that does not act; 1: none of it does",
+            lambda s: 1.0,
+            default=0.0,
+            low=0.0,
+            high=1.0,
+        ),
+        shape(
+            "limit",
+            "{u}",
+            "beyond which less acts",
+            lambda s: s.drive,
+            default=1.0,
+            searched=True,
+            shape_range=(0.5, 3.0),
+            grid=7,
+            of_form="clipped",
         ),
     ),
     drive=saturated,
