@@ -29,7 +29,10 @@ COMPARISONS: dict[type, str] = {
     ast.Eq: "==", ast.NotEq: "!=", ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=",
 }  # fmt: skip
 UNARY, ATOM, COMPARE, AND, OR, CHOICE = 14, 16, 10, 5, 4, 3
-TAKEN = {"exp", "log", "tanh", "atanh", "near", "far", "double", "float", "int", "signed"}
+TAKEN = {
+    "exp", "log", "tanh", "atanh", "expm1", "log1p", "sin", "cos", "atan", "atan2", "near", "far", "double", "float",
+    "int", "signed",
+}  # fmt: skip
 PREFIX = {REAL: "real", INT: "int", LONG: "long"}
 
 
