@@ -9,11 +9,28 @@ transition lags the temperature by tau_d, one period cannot move it: the current
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
+import numpy as np
+
+from rtctl.border.arrays import FloatArray
+from rtctl.border.kernels import kernel
 from rtctl.controllers.feedforward import STILL, InverseParams, walk_to
-from rtctl.estimators.thermal_path import Drive, ThermalPath, path_params
+from rtctl.estimators.drive import Drive, DriveParams, heating_current, later
+from rtctl.estimators.thermal_path import (
+    SEEN,
+    PathParams,
+    ThermalPath,
+    path_params,
+    path_step,
+    reached,
+    surrogate_at,
+)
+from rtctl.hysteresis.preisach.model import PreisachParams
 from rtctl.models.span import Span
 from rtctl.models.vo2 import Vo2Model
+from rtctl.simulations.vo2.heat import heating_power, loop_current
 from rtctl.simulations.vo2.loop_dynamics import Vo2Dynamics
 
 MOST_PERIODS = 8
@@ -24,60 +41,136 @@ NO_HEAT = 0.0
 """Heat besides the current's [mA^2]: none."""
 
 
+class AheadParams(NamedTuple):
+    """What the feedforward asks of the path."""
+
+    periods: float
+    """Periods in which the relays are to be where the setpoint wants them."""
+    low: float
+    """Commands that the limits allow [mA]."""
+    high: float
+    deflection_gain: float
+    deflection_offset: float
+    """Map from the deflection of the loops to that of the beam [um]."""
+
+
+class ForwardConstants(NamedTuple):
+    """Parameters of `extended_inverse_step`."""
+
+    inverse: InverseParams
+    ahead: AheadParams
+    forward_path: PathParams
+    forward_drive: DriveParams
+    resistance: PreisachParams
+    deflection: PreisachParams
+
+
+@dataclass(slots=True)
+class ForwardMemory:
+    """Memory of `extended_inverse_step`."""
+
+    forward_path: FloatArray
+    """State of `rtctl.estimators.thermal_path`, with the stacks of -ln R and of deflection beside it."""
+    forward_film: FloatArray
+    forward_beam: FloatArray
+    forward_drive: FloatArray
+    """Memory of `rtctl.estimators.drive`."""
+    forward_clock: FloatArray
+    """(2,) time since the start and its rounding [s]."""
+
+
+# 9 parameters because it takes those of `reached`
+@kernel
+def power_to(  # noqa: PLR0913
+    x: FloatArray, film: FloatArray, beam: FloatArray, seen: float, time_s: float, duration_s: float, p: PathParams,
+    r: PreisachParams, d: PreisachParams,
+) -> float:  # fmt: skip
+    """Return the constant power [mA^2] that brings what the relays see to a value, by secants; nothing advances.
+
+    Args:
+        x: state.
+        film: relays of the resistance model.
+        beam: relays of the deflection model.
+        seen: what the relays are to see [mA^2].
+        time_s: time at the start [s].
+        duration_s: how long the power is held [s].
+        p: parameters.
+        r: parameters of the resistance model.
+        d: parameters of the deflection model.
+    """
+    first, second = seen, seen + APART_MA2
+    there = reached(x, film, beam, first, time_s, duration_s, p, r, d)
+    for _ in range(SECANTS):
+        beyond = reached(x, film, beam, second, time_s, duration_s, p, r, d)
+        if beyond == there:
+            break
+        following = second + (seen - beyond) * (second - first) / (beyond - there)
+        first, there = second, beyond
+        second = min(max(following, -400.0), 4.0 * seen + 400.0)
+        if abs(second - first) < 1e-6:
+            break
+    return second
+
+
+def extended_inverse_step(s: Any, c: Any, upcoming: float, elapsed_s: float) -> Any:
+    """Return the command [mA] for the next period; advance `ForwardMemory` in place.
+
+    Args:
+        s: the memory.
+        c: fields of `ForwardConstants`.
+        upcoming: the setpoint when the command acts [um].
+        elapsed_s: how long the command will be held [s].
+    """
+    balance = c.forward_path.balance
+    target = (upcoming - c.ahead.deflection_offset) / c.ahead.deflection_gain
+    seen = surrogate_at(s.forward_path[SEEN], balance)
+    wanted = walk_to(s.forward_beam, target, seen, c.inverse, c.deflection)
+    power = power_to(
+        s.forward_path, s.forward_film, s.forward_beam, heating_power(wanted, balance), s.forward_clock[0],
+        c.ahead.periods * elapsed_s, c.forward_path, c.resistance, c.deflection,
+    )  # fmt: skip
+    current = min(max(loop_current(power, balance), c.inverse.low), c.inverse.high)
+    command = (current - c.forward_drive.offset) / c.forward_drive.gain
+    command = min(max(command, c.ahead.low), c.ahead.high)
+    heating = heating_current(s.forward_drive, command, c.forward_drive)
+    path_step(
+        s.forward_path, s.forward_film, s.forward_beam, heating, NO_HEAT, s.forward_clock[0], elapsed_s,
+        c.forward_path, c.resistance, c.deflection,
+    )  # fmt: skip
+    later(s.forward_clock, elapsed_s)
+    return command
+
+
 class ExtendedFeedforward:
     """The feedforward of a model with mechanisms."""
 
     def __init__(self, model: Vo2Model, dynamics: Vo2Dynamics, command: Span, period_s: float) -> None:
         """Prepare for a model; `command`: the range that the limits allow [mA]."""
-        self._command, self._dynamics = command, dynamics
         self._path = ThermalPath(model, path_params(model, dynamics))
-        self._drive = Drive(_undelayed(dynamics))
-        self._deflection = model.deflection_preisach.params
+        self._drive = Drive(replace(dynamics, delay_s=0.0))  # its model lives when its commands arrive
         low, high = (dynamics.current.of(end) for end in command)
-        self._inverse = InverseParams(
+        inverse = InverseParams(
             model.time_constant_s, min(low, high), max(low, high), STILL * model.deflection.width
         )
-        self._periods = 1 + min(math.ceil(dynamics.balance.lag_s / period_s), MOST_PERIODS - 1)
-        self.preview_s = dynamics.delay_s + (self._periods - 1) * period_s
-        self._time_s = 0.0
-        self._wanted = 0.0
+        periods = 1 + min(math.ceil(dynamics.balance.lag_s / period_s), MOST_PERIODS - 1)
+        self.preview_s = dynamics.delay_s + (periods - 1) * period_s
+        self.constants = ForwardConstants(
+            inverse, AheadParams(float(periods), *map(float, (*command, *dynamics.deflection))), self._path.params,
+            self._drive.params, model.resistance_preisach.params, model.deflection_preisach.params,
+        )  # fmt: skip
+        self.memory = self.at_rest(command.low)
+
+    def at_rest(self, level: float) -> ForwardMemory:
+        """Return the memory at rest at an applied level [mA], from a full cooling."""
+        self._path.start(self._drive.start(level))
+        path = self._path
+        return ForwardMemory(path.x, path.film, path.beam, self._drive.memory, np.zeros(2))
 
     def start(self, level: float) -> float:
         """Start at rest at the applied level, from a full cooling; see `Feedforward`."""
-        self._path.start(self._drive.start(level))
-        self._time_s = 0.0
-        self._wanted = self._path.seen
+        self.memory = self.at_rest(level)
         return level
 
     def step(self, upcoming: float, elapsed_s: float) -> float:
         """Return the command [mA] for the next period; `upcoming` [um] is the setpoint `preview_s` beyond its end."""
-        target = self._dynamics.deflection.back(upcoming)
-        wanted = walk_to(self._path.beam, target, self._path.seen, self._inverse, self._deflection)
-        power = self._power_to(self._path.power_of(wanted), self._periods * elapsed_s)
-        current = min(max(self._path.current_of(power), self._inverse.low), self._inverse.high)
-        command = min(max(self._dynamics.current.back(current), self._command.low), self._command.high)
-        for heating, duration_s in self._drive.pieces(command, elapsed_s):
-            self._path.step(heating, NO_HEAT, self._time_s, duration_s)
-        self._time_s += elapsed_s
-        return command
-
-    def _power_to(self, seen: float, duration_s: float) -> float:
-        """Return the constant power [mA^2] that brings what the relays see to `seen` [mA^2] in `duration_s` [s]."""
-        first, second = seen, seen + APART_MA2
-        reached = self._path.reached(first, self._time_s, duration_s)
-        for _ in range(SECANTS):
-            there = self._path.reached(second, self._time_s, duration_s)
-            if there == reached:
-                break
-            following = second + (seen - there) * (second - first) / (there - reached)
-            first, second, reached = second, min(max(following, -400.0), 4.0 * seen + 400.0), there
-            if abs(second - first) < 1e-6:
-                break
-        return second
-
-
-def _undelayed(dynamics: Vo2Dynamics) -> Vo2Dynamics:
-    """Return the model without its delay: the feedforward's model lives when its commands arrive."""
-    from dataclasses import replace
-
-    return replace(dynamics, delay_s=0.0)
+        return float(extended_inverse_step(self.memory, self.constants, upcoming, elapsed_s))

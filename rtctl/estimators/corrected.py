@@ -12,9 +12,77 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
+import numpy as np
+
+from rtctl.arithmetic.elementary import exp, log
+from rtctl.border.arrays import FloatArray
+from rtctl.estimators.drive import later
 from rtctl.interfaces import Estimate, Estimator
 from rtctl.simulations.vo2.loop_dynamics import Vo2Dynamics
+
+LAST, SURROGATE, CLOCK = 0, 1, 2
+"""Memory: the last finite reading [ohm], the last surrogate [mA]; the time and its rounding [s] (`later`)."""
+
+
+class SensorParams(NamedTuple):
+    """Sensor of an extended model; names as in `Vo2Dynamics`."""
+
+    lag_s: float
+    leak: float
+    """[ohm/mA]."""
+    leak_known: float
+    ageing: float
+    """[1/s]."""
+    ageing_bend: float
+    """[1/s^2]."""
+    reading_gain: float
+    reading_offset: float
+    deflection_gain: float
+    deflection_offset: float
+    """[um]."""
+
+
+def sensor_params(dynamics: Vo2Dynamics) -> SensorParams:
+    """Return the parameters of a model's sensor."""
+    numbers = (
+        dynamics.sensor_lag_s, dynamics.leak, dynamics.leak_known, dynamics.ageing, dynamics.ageing_bend,
+        *dynamics.reading, *dynamics.deflection,
+    )  # fmt: skip
+    return SensorParams(*map(float, numbers))
+
+
+def sensor_at_rest(level: float) -> FloatArray:
+    """Return the memory at a level [mA] before the first reading."""
+    return np.array([math.nan, level, 0.0, 0.0])
+
+
+def film_resistance(
+    memory: FloatArray, current: float, sensed: float, elapsed_s: float, p: SensorParams
+) -> float:
+    """Return what the film would read without the sensor's errors [ohm], NaN of no resistance; advance the memory.
+
+    Args:
+        memory: see `LAST`.
+        current: the current that was held [mA].
+        sensed: the reading [ohm].
+        elapsed_s: time since the reading before [s].
+        p: parameters.
+    """
+    later(memory[CLOCK:], elapsed_s)
+    reading, time_s = sensed, memory[CLOCK]
+    if p.lag_s > 0.0 and elapsed_s > 0.0 and math.isfinite(sensed) and math.isfinite(memory[LAST]):
+        kept = exp(-elapsed_s / p.lag_s)
+        reading = (sensed - kept * memory[LAST]) / (1.0 - kept)
+    if math.isfinite(sensed):
+        memory[LAST] = sensed
+    v = memory[SURROGATE] if math.isfinite(memory[SURROGATE]) else current
+    leaked = p.leak * (current - p.leak_known * v)
+    own = (reading - leaked) * exp(-(p.ageing + p.ageing_bend * time_s) * time_s)
+    if not 0.0 < own < math.inf:
+        return math.nan
+    return exp((log(own) + p.reading_offset) / p.reading_gain)
 
 
 class CorrectedEstimator:
@@ -22,40 +90,24 @@ class CorrectedEstimator:
 
     def __init__(self, inner: Estimator, dynamics: Vo2Dynamics) -> None:
         self.surrogate = inner.surrogate
-        self._inner = inner
-        self._dynamics = dynamics
-        self._time_s = 0.0
-        self._last = self._v = math.nan
+        self.inner, self.params = inner, sensor_params(dynamics)
+        self._memory = sensor_at_rest(math.nan)
 
     def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
         """Start from a full cooling; see `Estimator`."""
-        self._time_s, self._last, self._v = 0.0, sensed[0], levels[0]
-        return self._corrected(self._inner.start(levels, [self._film(levels[0], sensed[0])]))
+        self._memory = sensor_at_rest(levels[0])
+        return self._corrected(self.inner.start(levels, [self._film(levels, sensed, 0.0)]))
 
     def step(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> Estimate:
         """Return the estimate of one sample."""
-        self._time_s += elapsed_s
-        reading, lag_s = sensed[0], self._dynamics.sensor_lag_s
-        if lag_s > 0.0 and elapsed_s > 0.0 and math.isfinite(reading) and math.isfinite(self._last):
-            kept = math.exp(-elapsed_s / lag_s)
-            self._last, reading = reading, (reading - kept * self._last) / (1.0 - kept)
-        film = self._film(levels[0], reading)
-        return self._corrected(self._inner.step(levels, [film], elapsed_s))
+        return self._corrected(self.inner.step(levels, [self._film(levels, sensed, elapsed_s)], elapsed_s))
 
-    def _film(self, current: float, reading: float) -> float:
-        """Return what the film would read without the sensor's errors [ohm]; NaN of no resistance."""
-        dynamics = self._dynamics
-        v = self._v if math.isfinite(self._v) else current
-        own = (reading - dynamics.leak * (current - dynamics.leak_known * v)) * math.exp(
-            -(dynamics.ageing + dynamics.ageing_bend * self._time_s) * self._time_s
-        )
-        if not 0.0 < own < math.inf:
-            return math.nan
-        return math.exp(-dynamics.reading.back(-math.log(own)))
+    def _film(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> float:
+        return float(film_resistance(self._memory, levels[0], sensed[0], elapsed_s, self.params))
 
     def _corrected(self, estimate: Estimate) -> Estimate:
-        self._v = estimate.surrogate
-        gain = abs(self._dynamics.deflection.gain)
+        self._memory[SURROGATE] = estimate.surrogate
+        gain, offset = self.params.deflection_gain, self.params.deflection_offset
         return estimate._replace(
-            value=self._dynamics.deflection.of(estimate.value), confidence=gain * estimate.confidence
+            value=gain * estimate.value + offset, confidence=abs(gain) * estimate.confidence
         )

@@ -11,23 +11,40 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from rtctl.arithmetic.elementary import exp, log
+from rtctl.arithmetic.standard_error import combined
+from rtctl.border.arrays import FloatArray
+from rtctl.estimators.drive import Drive, DriveParams, arrival, heating_current, later, send
 from rtctl.estimators.observer import (
     DISAGREEMENT,
     DISAGREES,
     NOT_FINITE,
     OUT_OF_RANGE,
     PROBE_MA2,
+    ObserverParams,
     believed,
     condition_on,
     filter_start,
     observer_params,
     propagate,
 )
-from rtctl.estimators.thermal_path import Drive, ThermalPath, path_params
-from rtctl.hysteresis.preisach.model import preisach_slope
+from rtctl.estimators.thermal_path import (
+    BENT,
+    READ,
+    SWING,
+    WARM,
+    PathParams,
+    ThermalPath,
+    path_params,
+    path_step,
+    surrogate_at,
+)
+from rtctl.hysteresis.preisach.model import PreisachParams, preisach_slope
 from rtctl.interfaces import Estimate
 from rtctl.models.vo2 import SURROGATE, Vo2Model
 from rtctl.simulations.vo2.loop_dynamics import Vo2Dynamics
@@ -45,72 +62,171 @@ class SwingingEstimate(Estimate):
         return self.value - self.swing
 
 
+class Errors(NamedTuple):
+    """Errors of the identified model."""
+
+    deflection: float
+    """Standard deviation of the deflection on its data [um]."""
+
+
+class ExtendedConstants(NamedTuple):
+    """Parameters of `extended_observer_step`."""
+
+    errors: Errors
+    observer: ObserverParams
+    path: PathParams
+    drive: DriveParams
+    resistance: PreisachParams
+    deflection: PreisachParams
+
+
+@dataclass(slots=True)
+class ExtendedMemory:
+    """Memory of `extended_observer_step`."""
+
+    filter: FloatArray
+    """(7,) as in `rtctl.estimators.observer`; its first two entries are not used."""
+    path: FloatArray
+    """State of `thermal_path`, with the stacks of -ln R and of deflection beside it."""
+    film: FloatArray
+    beam: FloatArray
+    probe: FloatArray
+    """The same a little hotter."""
+    probe_film: FloatArray
+    probe_beam: FloatArray
+    drive: FloatArray
+    """Memory of `rtctl.estimators.drive`."""
+    before: FloatArray
+    """(3,) reading, prediction and hotter prediction of the sample before [ohm]; NaN: there is none."""
+    clock: FloatArray
+    """(2,) time since the start and its rounding, see `later` [s]."""
+    swing: float
+    """How far the beam is beyond where it settles [um]."""
+
+
+# 8 parameters because the translated language has no tuples that are indexed
+def correct(  # noqa: PLR0913
+    x: FloatArray, before: FloatArray, ohm: float, expected_ohm: float, probed_ohm: float, elapsed_s: float,
+    lag_s: float, p: ObserverParams,
+) -> int:  # fmt: skip
+    """Condition the filter on a reading, in place; return status bits.
+
+    Args:
+        x: the filter's state (7,).
+        before: reading and both predictions of the sample before (3,) [ohm], replaced in place.
+        ohm: the reading [ohm].
+        expected_ohm: what the path predicts [ohm].
+        probed_ohm: what the hotter one predicts [ohm].
+        elapsed_s: time since the sample before [s].
+        lag_s: time constant of the sensor [s]; 0: none.
+        p: parameters of the filter.
+    """
+    if not 0.0 < ohm < math.inf:
+        before[0] = math.nan
+        return NOT_FINITE
+    film, expected, probed, noise = ohm, expected_ohm, probed_ohm, p.reading_variance
+    is_first = math.isnan(before[0]) or elapsed_s <= 0.0
+    if lag_s > 0.0 and not is_first:
+        kept = exp(-elapsed_s / lag_s)
+        gone = 1.0 - kept
+        film = (ohm - kept * before[0]) / gone
+        expected = (expected_ohm - kept * before[1]) / gone
+        probed = (probed_ohm - kept * before[2]) / gone
+    before[0], before[1], before[2] = ohm, expected_ohm, probed_ohm
+    if lag_s > 0.0 and is_first:
+        return 0
+    if not (film > 0.0 and expected > 0.0 and probed > 0.0):
+        return 0  # noise of the lag's inversion carries no information
+    if lag_s > 0.0:
+        kept = exp(-elapsed_s / lag_s)
+        grown = ohm / expected / (1.0 - kept)
+        noise *= (1.0 + kept * kept) * grown * grown
+    sensitivity = log(expected / probed) / PROBE_MA2
+    withheld = x[2] - believed(x[2], p.heat_faked)
+    innovation = log(expected / film) - sensitivity * withheld - x[3]
+    far = condition_on(x, innovation, sensitivity, noise)
+    return DISAGREES if far > DISAGREEMENT else 0
+
+
+def extended_observer_step(
+    s: Any, c: Any, level: float, sensed: float, elapsed_s: float
+) -> tuple[float, float, float, int]:
+    """Return deflection [um], surrogate [mA], standard error [um] and status bits; advance `ExtendedMemory` in place.
+
+    Args:
+        s: the memory.
+        c: fields of `ExtendedConstants`.
+        level: the command that was held [mA].
+        sensed: the reading [ohm].
+        elapsed_s: time since the sample before [s].
+    """
+    before = surrogate_at(s.path[WARM], c.path.balance)
+    heat = believed(s.filter[2], c.observer.heat_faked)
+    current = heating_current(s.drive, level, c.drive)
+    if elapsed_s > 0.0:
+        send(s.drive, current, elapsed_s)
+    left_s = elapsed_s
+    while left_s > c.drive.shortest_s:
+        held, lasts_s = arrival(s.drive, left_s, c.drive.shortest_s)
+        path_step(s.path, s.film, s.beam, held, heat, s.clock[0], lasts_s, c.path, c.resistance, c.deflection)
+        path_step(
+            s.probe, s.probe_film, s.probe_beam, held, heat + PROBE_MA2, s.clock[0], lasts_s, c.path, c.resistance,
+            c.deflection,
+        )  # fmt: skip
+        later(s.clock, lasts_s)
+        left_s -= lasts_s
+    v = surrogate_at(s.path[WARM], c.path.balance)
+    propagate(s.filter, abs(v - before), elapsed_s, c.observer)
+    status = OUT_OF_RANGE if v < c.observer.low or v > c.observer.high else 0
+    status |= correct(
+        s.filter, s.before, sensed, s.path[READ], s.probe[READ], elapsed_s, c.path.sensor_lag_s, c.observer
+    )
+    slope = preisach_slope(s.beam, c.deflection)
+    heating = max(v - c.path.balance.zone, 1e-9)
+    error = abs(slope) * math.sqrt(max(s.filter[4], 0.0)) / (2.0 * heating)
+    s.swing = c.path.participation * (s.path[SWING] - s.path[BENT])
+    return s.path[BENT] + s.swing, v, combined(error, c.errors.deflection), status
+
+
 class ExtendedObserver:
     """The thermal observer of a model with mechanisms."""
 
     surrogate = SURROGATE
 
     def __init__(self, model: Vo2Model, dynamics: Vo2Dynamics) -> None:
-        self._params = observer_params(model)
-        self._deflection = model.deflection_preisach.params
-        self._fit_error = model.deflection_error
-        self._drive = Drive(dynamics)
+        self._drive, self.delay_s = Drive(dynamics), float(dynamics.delay_s)
         params = path_params(model, dynamics)
         self._path, self._probe = ThermalPath(model, params), ThermalPath(model, params)
-        self._lag_s = dynamics.sensor_lag_s
-        self._before: tuple[float, ...] = ()
-        self._filter = np.zeros(7)
-        self._time_s = 0.0
+        self.constants = ExtendedConstants(
+            Errors(float(model.deflection_error)), observer_params(model), params, self._drive.params,
+            model.resistance_preisach.params, model.deflection_preisach.params,
+        )  # fmt: skip
+        self.memory = self.at_rest(model.current.low)
+
+    def at_rest(self, level: float) -> ExtendedMemory:
+        """Return the memory at rest at an applied current [mA], from a full cooling."""
+        path, probe = self._path, self._probe
+        current = self._drive.start(level)
+        path.start(current)
+        probe.start(path.current_of(path.power_of(current) + PROBE_MA2))
+        return ExtendedMemory(
+            filter_start(self.constants.observer), path.x, path.film, path.beam, probe.x, probe.film, probe.beam,
+            self._drive.memory, np.full(3, math.nan), np.zeros(2), 0.0,
+        )  # fmt: skip
 
     def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
         """Start at rest at the applied current, from a full cooling; see `Estimator`."""
-        current = self._drive.start(float(levels[0]))
-        self._path.start(current)
-        self._probe.start(self._path.current_of(self._path.power_of(current) + PROBE_MA2))
-        self._filter = filter_start(self._params)
-        self._time_s, self._before = 0.0, ()
+        self.memory = self.at_rest(float(levels[0]))
         return self.step(levels, sensed, 0.0)
 
     def step(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> Estimate:
         """Return the estimate of one sample."""
-        p, x, before = self._params, self._filter, self._path.v
-        heat = believed(float(x[2]), p.heat_faked)
-        for current, duration_s in self._drive.pieces(float(levels[0]), elapsed_s):
-            self._path.step(current, heat, self._time_s, duration_s)
-            self._probe.step(current, heat + PROBE_MA2, self._time_s, duration_s)
-            self._time_s += duration_s
-        v = self._path.v
-        propagate(x, abs(v - before), elapsed_s, p)
-        status = OUT_OF_RANGE if v < p.low or v > p.high else 0
-        status |= self._correct(float(sensed[0]), elapsed_s)
-        slope = preisach_slope(self._path.beam, self._deflection)
-        error = abs(slope) * math.sqrt(max(float(x[4]), 0.0)) / (2.0 * max(self._path.heating, 1e-9))
-        made = SwingingEstimate(self._path.deflection, v, math.hypot(error, self._fit_error), status)
-        made.swing = self._path.swing
+        self._drive.make_room()
+        self.memory.drive = self._drive.memory
+        found = extended_observer_step(
+            self.memory, self.constants, float(levels[0]), float(sensed[0]), elapsed_s
+        )
+        value, surrogate, error, status = found
+        made = SwingingEstimate(float(value), float(surrogate), float(error), status)
+        made.swing = float(self.memory.swing)
         return made
-
-    def _correct(self, resistance_ohm: float, elapsed_s: float) -> int:
-        """Condition the filter on a reading; return status bits."""
-        if not 0.0 < resistance_ohm < math.inf:
-            self._before = ()
-            return NOT_FINITE
-        noise = self._params.reading_variance
-        readings: tuple[float, ...] = (resistance_ohm, self._path.resistance, self._probe.resistance)
-        before, self._before = self._before, readings
-        if self._lag_s > 0.0:
-            if not before or elapsed_s <= 0.0:
-                return 0
-            kept = math.exp(-elapsed_s / self._lag_s)
-            readings = tuple(
-                (now - kept * then) / (1.0 - kept) for now, then in zip(readings, before, strict=True)
-            )
-            noise *= (1.0 + kept * kept) / (1.0 - kept) ** 2 * (resistance_ohm / readings[1]) ** 2
-        film_ohm, expected, probed = readings
-        if not (film_ohm > 0.0 and expected > 0.0 and probed > 0.0):
-            return 0  # noise of the lag's inversion carries no information
-        x = self._filter
-        sensitivity = math.log(expected / probed) / PROBE_MA2
-        withheld = float(x[2]) - believed(float(x[2]), self._params.heat_faked)
-        innovation = math.log(expected / film_ohm) - sensitivity * withheld - float(x[3])
-        far = condition_on(x, innovation, sensitivity, noise)
-        return DISAGREES if far > DISAGREEMENT else 0

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rtctl.arithmetic.elementary import cos, exp, sin
 from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import kernel
 from rtctl.hysteresis.preisach.model import PreisachParams, cooled_stack, preisach_step
@@ -69,13 +70,28 @@ class PathParams(NamedTuple):
 
 def path_params(model: Vo2Model, dynamics: Vo2Dynamics) -> PathParams:
     """Return the parameters of a model."""
-    return PathParams(
-        dynamics.balance, dynamics.phases, dynamics.expansion, -math.log(model.resistance.high),
-        dynamics.substep_s, *dynamics.reading, *dynamics.deflection,
-        dynamics.ageing, dynamics.ageing_bend, dynamics.leak, dynamics.leak_known, dynamics.sensor_lag_s,
-        dynamics.participation, 2.0 * math.pi * dynamics.frequency_hz, dynamics.damping_ratio,
+    numbers = (
+        dynamics.expansion, -math.log(model.resistance.high), dynamics.substep_s, *dynamics.reading,
+        *dynamics.deflection, dynamics.ageing, dynamics.ageing_bend, dynamics.leak, dynamics.leak_known,
+        dynamics.sensor_lag_s, dynamics.participation, 2.0 * math.pi * dynamics.frequency_hz, dynamics.damping_ratio,
         dynamics.behind * dynamics.deadband_mA,
     )  # fmt: skip
+    balance, phases = Balance(*map(float, dynamics.balance)), Phases(*map(float, dynamics.phases))
+    return PathParams(balance, phases, *map(float, numbers))
+
+
+@kernel
+def substeps(duration_s: float, longest_s: float) -> int:
+    """Return in how many substeps of at most `longest_s` [s], but for rounding, a time is taken."""
+    whole = duration_s / longest_s - 1e-9
+    count = int(whole)
+    return max(1, count + 1 if whole > count else count)
+
+
+@kernel
+def surrogate_at(T: float, balance: Balance) -> float:
+    """Return the v [mA] at which the identified loops have a temperature T [mA^2]."""
+    return loop_current(surrogate_power(T, balance), balance)
 
 
 @kernel
@@ -88,7 +104,7 @@ def swing_step(x: FloatArray, bent: float, h: float, rate: float, ratio: float) 
     slope = (bent - x[BENT]) / h
     behind = 2.0 * ratio * slope / rate
     e, f = x[SWING] - x[BENT] + behind, x[SPEED] - slope
-    c, s, decay = math.cos(damped * h), math.sin(damped * h) / damped, math.exp(-ratio * rate * h)
+    c, s, decay = cos(damped * h), sin(damped * h) / damped, exp(-ratio * rate * h)
     x[SWING] = bent - behind + decay * (e * c + (f + ratio * rate * e) * s)
     x[SPEED] = slope + decay * (f * c - (rate * rate * e + ratio * rate * f) * s)
 
@@ -97,7 +113,7 @@ def swing_step(x: FloatArray, bent: float, h: float, rate: float, ratio: float) 
 def sensed_film(reading: float, v: float, current: float, time_s: float, p: PathParams) -> float:
     """Return the resistance at the sensor [ohm] for the loops' -ln R."""
     drift = (p.ageing + p.ageing_bend * time_s) * time_s
-    aged = math.exp(drift - (p.reading_gain * reading + p.reading_offset))
+    aged = exp(drift - (p.reading_gain * reading + p.reading_offset))
     return aged + p.leak * (current - p.leak_known * v)
 
 
@@ -142,7 +158,7 @@ def path_step(  # noqa: PLR0913
         r: parameters of the resistance model.
         d: parameters of the deflection model.
     """
-    count = max(1, math.ceil(duration_s / p.substep_s - 1e-9))
+    count = substeps(duration_s, p.substep_s)
     h = duration_s / count
     power = heating_power(current, p.balance) + heat
     powers = Powers(power, power, power, power)
@@ -156,13 +172,12 @@ def path_step(  # noqa: PLR0913
         peak = turn(x[SEEN], before, middle, warm, h, lag_s)
         seen = relax(x[SEEN], before, middle, warm, h, lag_s)
         if lag_s > 0.0 and not math.isnan(peak):
-            at_peak = loop_current(surrogate_power(peak, p.balance), p.balance)
-            at_peak = command_for(at_peak, x[TURNED:], p.back)
+            at_peak = command_for(surrogate_at(peak, p.balance), x[TURNED:], p.back)
             preisach_step(film, at_peak, r)
             preisach_step(beam, at_peak, d)
         x[WARM], x[SEEN] = warm, seen
-        v = loop_current(surrogate_power(warm, p.balance), p.balance)
-        w = command_for(loop_current(surrogate_power(seen, p.balance), p.balance), x[TURNED:], p.back)
+        v = surrogate_at(warm, p.balance)
+        w = command_for(surrogate_at(seen, p.balance), x[TURNED:], p.back)
         reading, bent = preisach_step(film, w, r).y, preisach_step(beam, w, d).y
         if lag_s > 0.0:
             reading = mixed(switched(reading, seen, p.phases), warm, p.phases)
@@ -196,7 +211,7 @@ def reached(  # noqa: PLR0913
         r: parameters of the resistance model.
         d: parameters of the deflection model.
     """
-    count = max(1, math.ceil(duration_s / p.substep_s - 1e-9))
+    count = substeps(duration_s, p.substep_s)
     h = duration_s / count
     powers = Powers(power, power, power, power)
     step = Step(x[0], x[1], x[2], x[2], x[3], x[4], NO_SHARPNESS)
@@ -238,28 +253,6 @@ class ThermalPath:
         """Return the heating current [mA] of a power [mA^2]."""
         return float(loop_current(power, self.params.balance))
 
-    def reached(self, power: float, time_s: float, duration_s: float) -> float:
-        """See the kernel."""
-        return reached(self.x, self.film, self.beam, power, time_s, duration_s, self.params, self._r, self._d)
-
-    @property
-    def v(self) -> float:
-        """The surrogate [mA]."""
-        return self._current_at(float(self.x[WARM]))
-
-    @property
-    def heating(self) -> float:
-        """The heating current [mA] of the surrogate."""
-        return self.v - self.params.balance.zone
-
-    @property
-    def seen(self) -> float:
-        """The surrogate that the relays see [mA]."""
-        return self._current_at(float(self.x[SEEN]))
-
-    def _current_at(self, T: float) -> float:
-        return float(loop_current(surrogate_power(T, self.params.balance), self.params.balance))
-
     @property
     def resistance(self) -> float:
         """The resistance as it is read [ohm]."""
@@ -274,42 +267,3 @@ class ThermalPath:
     def swing(self) -> float:
         """How far the beam swings beyond where it settles at this temperature [um]."""
         return float(self.params.participation * (self.x[SWING] - self.x[BENT]))
-
-
-class Drive:
-    """The drive's path from command to heating current: corrected, behind a dead band, delayed."""
-
-    def __init__(self, dynamics: Vo2Dynamics) -> None:
-        self._dynamics = dynamics
-        self._queue: list[tuple[float, float]] = []
-        self._held = self._kept = 0.0
-
-    def start(self, command: float) -> float:
-        """Start at rest at a command [mA] reached from below; return the heating current [mA]."""
-        self._held = self._kept = command - self._dynamics.behind * self._dynamics.deadband_mA
-        current = self._dynamics.current.of(self._held)
-        self._queue = [(current, self._dynamics.delay_s)] if self._dynamics.delay_s > 0.0 else []
-        return current
-
-    def pieces(self, command: float, elapsed_s: float) -> list[tuple[float, float]]:
-        """Return heating currents [mA] and their durations [s] over `elapsed_s` in which `command` [mA] is held."""
-        width, behind = self._dynamics.deadband_mA, self._dynamics.behind
-        away = command - self._held
-        if abs(away) > width:
-            self._held = command - math.copysign(behind * width, away)
-        if abs(self._held - self._kept) > self._dynamics.hold_mA:
-            self._kept = self._held
-        taken = self._held + self._dynamics.held * (self._kept - self._held)
-        if elapsed_s > 0.0:
-            self._queue.append((self._dynamics.current.of(taken), elapsed_s))
-        left, arrived = elapsed_s, []
-        while left > 1e-12:
-            current, duration = self._queue[0]
-            part = min(duration, left)
-            arrived.append((current, part))
-            left -= part
-            if duration - part > 1e-12:
-                self._queue[0] = (current, duration - part)
-            else:
-                self._queue.pop(0)
-        return arrived

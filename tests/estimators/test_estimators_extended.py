@@ -16,8 +16,9 @@ from vo2_model_cases import PERIOD_S, predict, simulation, small_model, stimulus
 from rtctl.border.model_file import Value
 from rtctl.estimators import ESTIMATORS
 from rtctl.estimators.corrected import CorrectedEstimator
+from rtctl.estimators.drive import Drive
 from rtctl.estimators.extended_observer import ExtendedObserver
-from rtctl.estimators.thermal_path import Drive, ThermalPath, path_params
+from rtctl.estimators.thermal_path import ThermalPath, path_params
 from rtctl.interfaces import Estimate
 from rtctl.simulations.vo2 import vo2_simulation
 from rtctl.simulations.vo2.loop_dynamics import dynamics_of
@@ -151,11 +152,11 @@ def test_a_model_without_mechanisms_keeps_the_compiled_observer():
 def test_a_bad_reading_is_flagged_and_moves_nothing(reading):
     observer = ESTIMATORS["observer"](simulation(sensor__lag={"time_constant": 1e-3}).model)
     observer.start([5.0], [1e5])
-    before = observer._filter.copy()
+    before = observer.memory.filter.copy()
     estimate = observer.step([5.0], [reading], 0.0)
     assert estimate.status & 8
     assert math.isfinite(estimate.value)
-    assert observer._filter.tolist() == before.tolist()
+    assert observer.memory.filter.tolist() == before.tolist()
 
 
 class Listening:

@@ -8,13 +8,13 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import kernel
+from rtctl.estimators.drive import Drive
 from rtctl.estimators.thermal_path import (
     BENT,
     READ,
     STATES,
     SWING,
     WARM,
-    Drive,
     PathParams,
     path_params,
     path_start,

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rtctl.arithmetic.elementary import exp, expm1
 from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import background_kernel, kernel, uncounted
 from rtctl.border.mechanisms import STEADY
@@ -53,7 +54,7 @@ class Step(NamedTuple):
 @kernel
 def drifted_s(time_s: float, settling_s: float) -> float:
     """Return `rtctl.border.mechanisms.drift_of` at one time."""
-    return time_s if settling_s == STEADY else -settling_s * math.expm1(-time_s / settling_s)
+    return time_s if settling_s == STEADY else -settling_s * expm1(-time_s / settling_s)
 
 
 @kernel
@@ -109,7 +110,7 @@ def temperatures(power: FloatArray, b: Balance) -> FloatArray:
 def relays_at(state: FloatArray, v: float, p: PreisachParams) -> float:
     """Return the output of the relays at v without changing their memory; see `move_input`."""
     v = min(max(v, p.grid[0]), p.grid[-1])
-    top, levels = int(state[0]), 1 + MAX_EXTREMA
+    top, levels = int(state[0]), 1 + state.size // 2
     if v == state[1 + top]:
         return float(state[levels + top])
     rising = v > state[1 + top]
@@ -130,7 +131,7 @@ def relays_at(state: FloatArray, v: float, p: PreisachParams) -> float:
 def resistance_share(film: FloatArray, v: float, cold: float, p: PreisachParams) -> float:
     """R at v over the cold film's."""
     v = min(max(v, p.grid[0]), p.grid[-1])
-    return math.exp(cold - p.c - p.sign * relays_at(film, v, p) - v * (p.c1 + p.c2 * v))
+    return exp(cold - p.c - p.sign * relays_at(film, v, p) - v * (p.c1 + p.c2 * v))
 
 
 @kernel

@@ -11,12 +11,12 @@ T_0 is held by the lowest current. The beam bends by -expansion T where nothing 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 
+from rtctl.arithmetic.elementary import expm1, log1p
 from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import background_kernel, kernel
 
@@ -61,7 +61,7 @@ def switched(reading: float, T: float, film: Phases) -> float:
     pure = semiconductor(T, film)
     if abs(film.mixing) < LOGARITHMIC:
         return (reading - pure) / (film.metal - pure)
-    return math.expm1(film.mixing * (reading - pure)) / math.expm1(film.mixing * (film.metal - pure))
+    return expm1(film.mixing * (reading - pure)) / expm1(film.mixing * (film.metal - pure))
 
 
 @kernel
@@ -70,7 +70,7 @@ def mixed(phi: float, T: float, film: Phases) -> float:
     pure = semiconductor(T, film)
     if abs(film.mixing) < LOGARITHMIC:
         return pure + phi * (film.metal - pure)
-    return pure + math.log1p(max(phi * math.expm1(film.mixing * (film.metal - pure)), LEAST)) / film.mixing
+    return pure + log1p(max(phi * expm1(film.mixing * (film.metal - pure)), LEAST)) / film.mixing
 
 
 @background_kernel

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from rtctl.arithmetic.elementary import exp, expm1, log
 from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import background_kernel, kernel
 
@@ -15,7 +16,7 @@ TURN_ITERATIONS = 3
 @kernel
 def relax(s: float, start: float, middle: float, end: float, h: float, tau: float) -> float:
     """Return s after h [s], P given at start, middle and end. tau = 0: follows P at its end."""
-    decay = math.exp(-h / tau)
+    decay = exp(-h / tau)
     to_middle, to_end = middle - start, end - start
     b, c = 4.0 * to_middle - to_end, 2.0 * to_end - 4.0 * to_middle
     if b == 0.0 and c == 0.0:
@@ -40,7 +41,7 @@ def turn(s: float, start: float, middle: float, end: float, h: float, tau: float
         left = behind / (s - start + behind)
         if not 0.0 < left < 1.0:
             return math.nan
-        x = -math.log(left) * tau / h
+        x = -log(left) * tau / h
         if x >= 1.0:
             return math.nan
     return start + x * (b + c * x)
@@ -88,7 +89,7 @@ def behind(values: FloatArray, steps: FloatArray, taus: FloatArray, weights: Flo
     decays, gains = np.empty((steps.size, taus.size)), np.empty((steps.size, taus.size))
     for k in range(steps.size):
         for m in range(taus.size):
-            lost = -math.expm1(-steps[k] / taus[m])
+            lost = -expm1(-steps[k] / taus[m])
             decays[k, m], gains[k, m] = 1.0 - lost, taus[m] / steps[k] * lost
     missed, total = np.zeros(taus.size), np.zeros(values.size)
     for k in range(1, values.size):
