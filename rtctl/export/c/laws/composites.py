@@ -12,7 +12,7 @@ from rtctl.estimators.composite import SURROGATE_MARGIN, composite_step, reading
 from rtctl.estimators.direct import READING_MARGIN, clipped_reading, reading_range
 from rtctl.estimators.gap_free import LEAST_SLOPE, gap_free_composite_step
 from rtctl.export.c.laws.law import Memory
-from rtctl.export.c.laws.parts import Fit, Part, preisach_sources, shortened
+from rtctl.export.c.laws.parts import Fit, Part, Rest, preisach_sources, shortened
 from rtctl.export.c.laws.precision import by_precision
 from rtctl.hysteresis.egpi import egpi_step
 from rtctl.hysteresis.gpi_inverse import GpiInverse
@@ -79,8 +79,8 @@ def direct_preisach(s: Any, c: Any, level: float, sensed: float, elapsed_s: floa
     return s.last, math.nan, c.fit.error, status | point.status
 
 
-def composite_part(model: Vo2Model, safe: float, extrema: int) -> Part:
-    """Return the paper's composite of a model, from a full cooling at a level [mA]."""
+def composite_part(model: Vo2Model, rest: Rest) -> Part:
+    """Return the paper's composite of a model, from a full cooling at a level."""
     inverse = GpiInverse.of(model.resistance_gpi)
     size = inverse.params.y_limit + abs(inverse.params.c)
     deadband = by_precision(inverse.params.deadband, max(inverse.params.deadband, 16.0 * EPS32 * size))
@@ -95,9 +95,11 @@ def composite_part(model: Vo2Model, safe: float, extrema: int) -> Part:
         },
         memory=(
             Memory(
-                "inverse", inverse.initial_state(safe), "plays z of the inverse [kohm], last v [mA], branch"
+                "inverse",
+                inverse.initial_state(rest.level),
+                "plays z of the inverse [kohm], last v [mA], branch",
             ),
-            Memory("plays", model.composite_egpi.initial_state(safe), "plays w of the EGPI"),
+            Memory("plays", model.composite_egpi.initial_state(rest.level), "plays w of the EGPI"),
             Memory("last_ohm", model.resistance.high, "the last resistance that was read [ohm]"),
         ),
         sources={
@@ -108,8 +110,8 @@ def composite_part(model: Vo2Model, safe: float, extrema: int) -> Part:
     )
 
 
-def gap_free_part(model: Vo2Model, safe: float, extrema: int) -> Part:
-    """Return the gap-free composite of a model, from a full cooling at a level [mA]."""
+def gap_free_part(model: Vo2Model, rest: Rest) -> Part:
+    """Return the gap-free composite of a model, from a full cooling at a level."""
     params = model.resistance_gap_free.params
     span = params.v_high - params.v_low
     rise = params.y_tolerance / 4e-12
@@ -130,8 +132,12 @@ def gap_free_part(model: Vo2Model, safe: float, extrema: int) -> Part:
             "egpi": model.gap_free_egpi.params,
         },
         memory=(
-            Memory("inverse", model.resistance_gap_free.initial_state(safe), "plays w, then the last v [mA]"),
-            Memory("plays", model.gap_free_egpi.initial_state(safe), "plays w of the EGPI"),
+            Memory(
+                "inverse",
+                model.resistance_gap_free.initial_state(rest.level),
+                "plays w, then the last v [mA]",
+            ),
+            Memory("plays", model.gap_free_egpi.initial_state(rest.level), "plays w of the EGPI"),
         ),
         sources={
             "fit.error": "model.quality.gap_free_composite.rms",
@@ -141,7 +147,7 @@ def gap_free_part(model: Vo2Model, safe: float, extrema: int) -> Part:
     )
 
 
-def direct_egpi_part(model: Vo2Model, safe: float, extrema: int) -> Part:
+def direct_egpi_part(model: Vo2Model, rest: Rest) -> Part:
     """Return the EGPI on -ln R of a model, from a full cooling."""
     return Part(
         name="egpi",
@@ -159,7 +165,7 @@ def direct_egpi_part(model: Vo2Model, safe: float, extrema: int) -> Part:
     )
 
 
-def direct_preisach_part(model: Vo2Model, safe: float, extrema: int) -> Part:
+def direct_preisach_part(model: Vo2Model, rest: Rest) -> Part:
     """Return the Preisach model on -ln R of a model, from a full cooling."""
     start = model.direct_preisach.initial_state(reading_range(model).low)
     return Part(
@@ -171,7 +177,7 @@ def direct_preisach_part(model: Vo2Model, safe: float, extrema: int) -> Part:
             "preisach": model.direct_preisach.params,
         },
         memory=(
-            Memory("stack", shortened(start, extrema), "extrema: k, s_0 ... [ln ohm], H_0 ... [um]"),
+            Memory("stack", shortened(start, rest.extrema), "extrema: k, s_0 ... [ln ohm], H_0 ... [um]"),
             Memory("last", 0.0, "the last estimate [um]"),
         ),
         sources={

@@ -8,7 +8,7 @@ import numpy as np
 
 from rtctl.controllers.feedforward import InverseFeedforward, inverse_step
 from rtctl.export.c.laws.law import Memory
-from rtctl.export.c.laws.parts import Part, preisach_sources, shortened
+from rtctl.export.c.laws.parts import Part, Rest, preisach_sources, shortened
 from rtctl.models.vo2 import Vo2Model
 
 
@@ -17,15 +17,19 @@ def feedforward(s: Any, c: Any, upcoming: float, elapsed_s: float) -> float:
     return inverse_step(s.feedforward, upcoming, elapsed_s, c.inverse, c.deflection)
 
 
-def feedforward_part(forward: InverseFeedforward, model: Vo2Model, safe: float, extrema: int) -> Part:
-    """Return the feedforward, at rest at a level [mA]."""
-    stack = shortened(model.deflection_preisach.initial_state(safe), extrema)
+def feedforward_part(forward: InverseFeedforward, model: Vo2Model, rest: Rest) -> Part:
+    """Return the feedforward, at rest at a level."""
+    stack = shortened(model.deflection_preisach.initial_state(rest.level), rest.extrema)
     return Part(
         name="feedforward",
         function=feedforward,
         constants={"inverse": forward.params, "deflection": model.deflection_preisach.params},
         memory=(
-            Memory("feedforward", np.concatenate(([safe * safe], stack)), "s [mA^2], then extrema of D"),
+            Memory(
+                "feedforward",
+                np.concatenate(([rest.level * rest.level], stack)),
+                "s [mA^2], then extrema of D",
+            ),
         ),
         sources={
             "inverse.time_constant_s": "model.parameters.thermal_time_constant",

@@ -8,7 +8,7 @@ from typing import Any
 from rtctl.arithmetic.standard_error import combined
 from rtctl.estimators.observer import PROBE_MA2, filter_start, observer_params, observer_step
 from rtctl.export.c.laws.law import Memory
-from rtctl.export.c.laws.parts import Fit, Part, preisach_sources, shortened
+from rtctl.export.c.laws.parts import Fit, Part, Rest, preisach_sources, shortened
 from rtctl.models.vo2 import Vo2Model
 
 READING = "model.parameters.reading_error"
@@ -37,9 +37,9 @@ def observer(
     return value, surrogate, combined(error, c.fit.error), status
 
 
-def observer_part(model: Vo2Model, safe: float, extrema: int) -> Part:
-    """Return the observer of a model, at rest at a level [mA]."""
-    power = safe * safe
+def observer_part(model: Vo2Model, rest: Rest) -> Part:
+    """Return the observer of a model, at rest at a level."""
+    power = rest.level * rest.level
     params, resistance, deflection = (
         observer_params(model),
         model.resistance_preisach,
@@ -56,9 +56,9 @@ def observer_part(model: Vo2Model, safe: float, extrema: int) -> Part:
         },
         memory=(
             Memory("filter", filter_start(params, power), "s, probed s, b, m, P_bb, P_bm, P_mm"),
-            Memory("resistance_stack", shortened(resistance.initial_state(safe), extrema), stack),
-            Memory("probed_stack", shortened(probed, extrema), "the same, a little warmer"),
-            Memory("deflection_stack", shortened(deflection.initial_state(safe), extrema), "extrema of D"),
+            Memory("resistance_stack", shortened(resistance.initial_state(rest.level), rest.extrema), stack),
+            Memory("probed_stack", shortened(probed, rest.extrema), "the same, a little warmer"),
+            Memory("deflection_stack", shortened(deflection.initial_state(rest.level), rest.extrema), "extrema of D"),
         ),
         sources=SOURCES,
     )  # fmt: skip

@@ -24,6 +24,19 @@ class Part:
     memory: tuple[Memory, ...]
     sources: Mapping[str, str] = field(default_factory=dict)
     """Where constants come from, by `part.field` or `part`."""
+    swings: bool = False
+    """Whether the memory has a `swing`, the part of the estimate that the controller is not shown."""
+
+
+class Rest(NamedTuple):
+    """Where a part starts, and how large its memory may be."""
+
+    level: float
+    """The level at which the device is at rest [mA]."""
+    extrema: int
+    """Turning points that a Preisach memory keeps."""
+    period_s: float
+    """Sample period [s]."""
 
 
 class Fit(NamedTuple):

@@ -28,7 +28,7 @@ Record = Any
 
 # long because it is the text of all exported functions that join the parts, which share what is chosen here
 def sample_of(  # noqa: C901
-    estimate: Callable[..., Any], forward: Callable[..., Any] | None, delay: int
+    estimate: Callable[..., Any], forward: Callable[..., Any] | None, delay: int, *, swings: bool = False
 ) -> Callable[..., Any]:
     """Return the function of one sample.
 
@@ -36,6 +36,7 @@ def sample_of(  # noqa: C901
         estimate: estimator (state, constants, level, reading, elapsed) -> value, surrogate, standard error, status.
         forward: feedforward (state, constants, upcoming, elapsed) -> command; None: there is none.
         delay: age of the command in force when a reading was taken, in commands.
+        swings: whether the controller is shown the estimate without `state.swing`.
     """
     has_feedforward, oldest = forward is not None, delay
     feedforward: Any = forward
@@ -81,9 +82,10 @@ def sample_of(  # noqa: C901
             s.sent[k] = s.level
         o.estimate, o.surrogate, o.standard_error, o.estimate_status = estimate(s, c, s.level, i.sensed, 0.0)
         assumed = s.level if has_feedforward else 0.0
-        s.control[ERROR] = beyond_deadband(i.setpoint - o.estimate, s.control[DEADBAND])
+        value = o.estimate - s.swing if swings else o.estimate
+        s.control[ERROR] = beyond_deadband(i.setpoint - value, s.control[DEADBAND])
         s.control[INTEGRAL] = s.level - assumed - s.control[KP] * s.control[ERROR]
-        return command(s, o, c, o.estimate, i.setpoint, i.setpoint, c.rules.period_s)
+        return command(s, o, c, value, i.setpoint, i.setpoint, c.rules.period_s)
 
     def take(state: Record, i: Record, o: Record, c: Record) -> int:
         """Take a sample; return a fault, 0 if there is none."""
@@ -104,7 +106,8 @@ def sample_of(  # noqa: C901
         o.estimate, o.surrogate, o.standard_error, o.estimate_status = estimate(
             s, c, s.sent[0], i.sensed, s.elapsed_s
         )
-        return command(s, o, c, o.estimate, i.setpoint, i.upcoming, s.elapsed_s)
+        value = o.estimate - s.swing if swings else o.estimate
+        return command(s, o, c, value, i.setpoint, i.upcoming, s.elapsed_s)
 
     def sample(state: Record, i: Record, o: Record, c: Record) -> None:
         """Take a sample: from a reading and a setpoint to the next level."""

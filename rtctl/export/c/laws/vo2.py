@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rtctl.border.errors import InputError
+from rtctl.controllers.extended_feedforward import ExtendedFeedforward
 from rtctl.controllers.feedforward import InverseFeedforward
 from rtctl.controllers.pi import NoFeedforward, PiController
 from rtctl.estimators.composite import CompositeEstimator
@@ -24,10 +25,15 @@ from rtctl.export.c.laws.composites import (
     direct_preisach_part,
     gap_free_part,
 )
+from rtctl.export.c.laws.extended import (
+    corrected_part,
+    extended_feedforward_part,
+    extended_observer_part,
+)
 from rtctl.export.c.laws.feedforward import feedforward_part
 from rtctl.export.c.laws.law import Law, Memory
 from rtctl.export.c.laws.observer import observer_part
-from rtctl.export.c.laws.parts import Part
+from rtctl.export.c.laws.parts import Part, Rest
 from rtctl.export.c.laws.sample import sample_of
 from rtctl.models.vo2 import Vo2Model
 from rtctl.safety.guards import ReadingGuard, ReadingRules
@@ -37,14 +43,14 @@ from rtctl.safety.plausibility import Plausibility
 NO_RULES = ReadingRules(names=("",), rates=(math.inf,))
 
 
-ESTIMATORS: dict[type, Callable[[Vo2Model, float, int], Part]] = {
+ESTIMATORS: dict[type, Callable[[Vo2Model, Rest], Part]] = {
     ObserverEstimator: observer_part,
     CompositeEstimator: composite_part,
     GapFreeEstimator: gap_free_part,
     DirectEgpiEstimator: direct_egpi_part,
     DirectPreisachEstimator: direct_preisach_part,
 }
-"""What can be exported, by the class that the loop in Python uses."""
+"""What can be exported of a model alone, by the class that the loop in Python uses."""
 
 
 class Rules(NamedTuple):
@@ -87,20 +93,16 @@ def vo2_law(model: Vo2Model, parts: Parts, extrema: int) -> Law:
         raise InputError(
             "export c: limits.stop = true cannot be exported: the exported loop limits, it does not stop"
         )
+    rest = Rest(limits.safe, extrema, parts.period_s)
+    used = [estimator_part(parts.estimator, model, rest)]
     forward = controller.feedforward
-    if type(forward) not in (NoFeedforward, InverseFeedforward):
-        raise InputError(
-            f"export c: the feedforward is a {type(forward).__name__}, of a model with mechanisms; "
-            'set controller.feedforward = "none", or export the nominal model'
-        )
-    make = ESTIMATORS.get(type(parts.estimator))
-    if make is None:
-        raise InputError(f"export c: the estimator cannot be exported: {_why_not(parts.estimator)}")
-    safe = limits.safe
-    used = [make(model, safe, extrema)]
     if isinstance(forward, InverseFeedforward):
-        used.append(feedforward_part(forward, model, safe, extrema))
-    constants: dict[str, Any] = {"rules": Rules(parts.period_s, safe)}
+        used.append(feedforward_part(forward, model, rest))
+    elif isinstance(forward, ExtendedFeedforward):
+        used.append(extended_feedforward_part(forward, rest))
+    elif not isinstance(forward, NoFeedforward):
+        raise InputError(f"export c: the feedforward is a {type(forward).__name__}, which has no form in C")
+    constants: dict[str, Any] = {"rules": Rules(parts.period_s, limits.safe)}
     sources = {"rules.period_s": "scenario.period", "rules.safe": "limits.safe"}
     for part in used:
         constants |= part.constants
@@ -108,7 +110,12 @@ def vo2_law(model: Vo2Model, parts: Parts, extrema: int) -> Law:
     made = namedtuple("Constants", constants)(**constants)
     return Law(
         name=used[0].name,
-        sample=sample_of(used[0].function, used[1].function if len(used) > 1 else None, parts.delay),
+        sample=sample_of(
+            used[0].function,
+            used[1].function if len(used) > 1 else None,
+            parts.delay,
+            swings=used[0].swings,
+        ),
         constants=made,
         memory=(*_loop_memory(parts), *(entry for part in used for entry in part.memory)),
         sources=sources,
@@ -116,13 +123,19 @@ def vo2_law(model: Vo2Model, parts: Parts, extrema: int) -> Law:
     )
 
 
-def _why_not(estimator: Any) -> str:
-    if isinstance(estimator, ExtendedObserver | CorrectedEstimator):
-        return (
-            "the model has mechanisms or corrections, whose estimator is not yet among the exported ones; export the "
-            "model that `rtctl identify` wrote"
+def estimator_part(estimator: Any, model: Vo2Model, rest: Rest) -> Part:
+    """Return an estimator as a part, at rest. Raises InputError for one that has no form in C."""
+    if isinstance(estimator, ExtendedObserver):
+        return extended_observer_part(estimator, rest)
+    if isinstance(estimator, CorrectedEstimator):
+        return corrected_part(estimator_part(estimator.inner, model, rest), estimator.params, rest)
+    make = ESTIMATORS.get(type(estimator))
+    if make is None:
+        known = ", ".join(kind.__name__ for kind in ESTIMATORS)
+        raise InputError(
+            f"export c: the estimator cannot be exported: {type(estimator).__name__} is none of {known}"
         )
-    return f"{type(estimator).__name__} is none of {', '.join(kind.__name__ for kind in ESTIMATORS)}"
+    return make(model, rest)
 
 
 def _loop_memory(parts: Parts) -> list[Memory]:
