@@ -19,11 +19,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rtctl.controllers.agc_pll_tuning import AgcPllTuning
 from rtctl.interfaces import ControlAction, Estimate, EstimateStatus
-from rtctl.models.resonator import ResonatorModel
+from rtctl.models.resonator import ResonatorModel, decay_at, holding_current
 
 ENGAGED_DEG = 45.0
 _NOT_FINITE = int(EstimateStatus.NOT_FINITE)
@@ -55,9 +55,104 @@ class AgcPllOptions:
     """Current of the kick, as a share of the one that holds the setpoint."""
 
 
+class AgcPllParams(NamedTuple):
+    """Parameters of both loops."""
+
+    kp_mA_per_um: float
+    ki_mA_per_um_s: float
+    kp_hz_per_deg: float
+    ki_hz_per_deg_s: float
+    phase_deg: float
+    """Setpoint of the phase [deg]."""
+    gate: float
+    """Least response, in standard errors of the estimate."""
+    kick: float
+    """Current of the kick, as a share of the one that holds the setpoint."""
+    resonance_hz: float
+    """Frequency at the start [Hz]."""
+
+
+@dataclass(slots=True)
+class AgcPllMemory:
+    """Memory of `agc_pll_step`."""
+
+    engaged: int = 0
+    """1: the amplitude loop acts."""
+    amplitude: float = 0.0
+    """The last one [um]."""
+    current: float = 0.0
+    """Integral of the amplitude loop [mA]."""
+    shift_hz: float = 0.0
+    """Integral of the phase loop: frequency less the linear resonance [Hz]."""
+    asked: float = 0.0
+    """Current that was asked for last [mA]."""
+    asked_hz: float = 0.0
+    """Frequency that was asked for last [Hz]."""
+
+
 def turned(phase_deg: float) -> float:
-    """Return a phase difference within [-180, 180) deg; NaN stays NaN and ends the run."""
-    return (phase_deg + 180.0) % 360.0 - 180.0
+    """Return a phase difference from -540 to 540 deg within [-180, 180) deg; NaN stays NaN and ends the run."""
+    if phase_deg >= 180.0:
+        return phase_deg - 360.0
+    return phase_deg + 360.0 if phase_deg < -180.0 else phase_deg
+
+
+# 8 parameters because the translated language has no objects
+def agc_pll_step(  # noqa: PLR0913
+    s: Any, model: Any, p: AgcPllParams, setpoint: float, amplitude: float, phase_deg: float, error: float,
+    status: int, elapsed_s: float,
+) -> LoopTerms:  # fmt: skip
+    """Step both loops, or as many as the response allows; advance `AgcPllMemory` in place.
+
+    Args:
+        s: the memory; what is asked for is its `asked` [mA] and `asked_hz` [Hz].
+        model: fields of `rtctl.models.resonator.ResonatorParams`.
+        p: parameters.
+        setpoint: amplitude [um].
+        amplitude: its estimate [um].
+        phase_deg: estimate of the phase [deg].
+        error: standard error of the amplitude [um].
+        status: status bits of the estimate.
+        elapsed_s: time since the sample before [s].
+    """
+    s.amplitude = amplitude
+    responds = amplitude > p.gate * error and status & _NOT_FINITE == 0
+    phase_error = turned(phase_deg - p.phase_deg) if responds else 0.0
+    if responds and s.engaged == 0 and abs(phase_error) < ENGAGED_DEG:
+        s.engaged = 1
+        s.current = holding_current(amplitude, model)
+    if not responds:
+        s.engaged = 0
+    s.shift_hz += p.ki_hz_per_deg_s * phase_error * elapsed_s
+    frequency_proportional = p.kp_hz_per_deg * phase_error
+    frequency_integral = p.resonance_hz + s.shift_hz
+    current_proportional = 0.0
+    if s.engaged == 0:
+        s.current = p.kick * holding_current(setpoint, model)
+    else:
+        deviation = setpoint - amplitude
+        share = decay_at(amplitude, model) / model.decay  # the zero follows the pole
+        s.current += share * p.ki_mA_per_um_s * deviation * elapsed_s
+        current_proportional = p.kp_mA_per_um * deviation
+    s.asked = current_proportional + s.current
+    s.asked_hz = frequency_proportional + frequency_integral
+    state = (1.0 if responds else 0.0) + s.engaged
+    return LoopTerms(current_proportional, s.current, frequency_proportional, frequency_integral, state)
+
+
+def agc_pll_applied(s: Any, model: Any, level: float, frequency_hz: float) -> None:
+    """Take back from both integrals what the limits did not let through (anti-windup), in place.
+
+    Args:
+        s: `AgcPllMemory`.
+        model: fields of `rtctl.models.resonator.ResonatorParams`.
+        level: the current that is applied [mA].
+        frequency_hz: the frequency that is applied [Hz].
+    """
+    if level != s.asked and s.engaged != 0:
+        s.current = holding_current(s.amplitude, model)
+    if frequency_hz != s.asked_hz:
+        s.shift_hz += frequency_hz - s.asked_hz
 
 
 class AgcPllController:
@@ -68,54 +163,26 @@ class AgcPllController:
 
     def __init__(self, model: ResonatorModel, tuning: AgcPllTuning, options: AgcPllOptions) -> None:
         self.tuning = tuning
-        self._model = model
-        self._options = options
-        self._engaged = False
-        self._amplitude = 0.0
-        self._current = 0.0
-        self._frequency = model.resonance / (2.0 * math.pi)
-        self._asked = (0.0, self._frequency)
+        self.model = model.params
+        self.params = AgcPllParams(
+            float(tuning.kp_mA_per_um), float(tuning.ki_mA_per_um_s), float(tuning.kp_hz_per_deg),
+            float(tuning.ki_hz_per_deg_s), float(options.phase_deg), float(options.gate), float(options.kick),
+            model.resonance / (2.0 * math.pi),
+        )  # fmt: skip
+        self._memory = AgcPllMemory()
 
     def start(self, levels: Sequence[float], setpoint: float, estimate: Estimate) -> None:
         """Start from rest: no current flows, so the frequency may start at the model's linear resonance."""
-        self._engaged = False
-        self._amplitude = estimate.value
-        self._current = 0.0
-        self._frequency = self._model.resonance / (2.0 * math.pi)
+        self._memory = AgcPllMemory()
 
     def step(self, setpoint: float, upcoming: float, estimate: Estimate, elapsed_s: float) -> ControlAction:
         """Step both loops, or as many as the response allows; see `Controller`."""
-        self._amplitude = estimate.value
-        responds = estimate.value > self._options.gate * estimate.confidence and not (
-            estimate.status & _NOT_FINITE
-        )
-        phase_error = turned(estimate.surrogate - self._options.phase_deg) if responds else 0.0
-        if responds and not self._engaged and abs(phase_error) < ENGAGED_DEG:
-            self._engaged = True
-            self._current = self._model.holding_current(estimate.value)
-        self._engaged = self._engaged and responds
-        frequency_terms = self._phase_terms(phase_error, elapsed_s)
-        current_terms = self._amplitude_terms(setpoint, estimate.value, elapsed_s)
-        self._asked = (sum(current_terms), sum(frequency_terms))
-        state = float(responds) + float(self._engaged)
-        return ControlAction(self._asked, LoopTerms(*current_terms, *frequency_terms, state))
-
-    def _phase_terms(self, error_deg: float, elapsed_s: float) -> tuple[float, float]:
-        self._frequency += self.tuning.ki_hz_per_deg_s * error_deg * elapsed_s
-        return self.tuning.kp_hz_per_deg * error_deg, self._frequency
-
-    def _amplitude_terms(self, setpoint: float, amplitude: float, elapsed_s: float) -> tuple[float, float]:
-        if not self._engaged:
-            self._current = self._options.kick * self._model.holding_current(setpoint)
-            return 0.0, self._current
-        error = setpoint - amplitude
-        share = self._model.decay_at(amplitude) / self._model.decay  # the zero follows the pole
-        self._current += share * self.tuning.ki_mA_per_um_s * error * elapsed_s
-        return self.tuning.kp_mA_per_um * error, self._current
+        terms = agc_pll_step(
+            self._memory, self.model, self.params, setpoint, estimate.value, estimate.surrogate, estimate.confidence,
+            estimate.status, elapsed_s,
+        )  # fmt: skip
+        return ControlAction((self._memory.asked, self._memory.asked_hz), terms)
 
     def applied(self, levels: Sequence[float]) -> None:
         """Take back from both integrals what the limits did not let through (anti-windup)."""
-        if levels[0] != self._asked[0] and self._engaged:
-            self._current = self._model.holding_current(self._amplitude)
-        if levels[1] != self._asked[1]:
-            self._frequency += levels[1] - self._asked[1]
+        agc_pll_applied(self._memory, self.model, levels[0], levels[1])

@@ -12,14 +12,66 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
 
+from rtctl.arithmetic.elementary import DEGREES, atan2
 from rtctl.interfaces import Estimate, EstimateStatus
-from rtctl.models.resonator import ResonatorModel
+from rtctl.models.describing import unsaturated_amplitude
+from rtctl.models.resonator import ResonatorModel, straightened
 
 MEMORY = 100
 LEAST_KNOWN = 4
 """Second differences from which on they tell the noise better than the first reading, maybe of a ringing resonator."""
 NOT_FINITE = int(EstimateStatus.NOT_FINITE)
+
+
+@dataclass(slots=True)
+class LockInMemory:
+    """Memory of `lock_in_step`."""
+
+    last: float = 0.0
+    """The last amplitude [um]."""
+    before: float = 0.0
+    """The one before it [um]."""
+    variance: float = 0.0
+    """Of one reading [um^2]."""
+    learnt: float = 0.0
+    """The same, from second differences [um^2]."""
+    samples: int = 0
+    """Amplitudes so far; 0: the next reading is the first."""
+    phase_deg: float = 0.0
+    """The last phase [deg]."""
+
+
+def lock_in_step(s: Any, x: float, y: float) -> tuple[float, float, float, int]:
+    """Return amplitude [um], phase [deg], standard error [um] and status bits; advance `LockInMemory` in place.
+
+    Args:
+        s: the memory.
+        x: displacement in phase with the force [um].
+        y: in quadrature [um].
+    """
+    amplitude = math.sqrt(x * x + y * y)
+    if s.samples == 0:  # at rest: the first reading is one sample of the noise
+        s.last, s.before = amplitude, amplitude
+        s.variance = 0.5 * amplitude * amplitude if math.isfinite(amplitude) else 0.0
+        s.samples = 1
+        s.phase_deg = DEGREES * atan2(y, x)
+        return amplitude, s.phase_deg, math.sqrt(s.variance), 0
+    if not math.isfinite(amplitude):
+        return s.last, s.phase_deg, math.sqrt(s.variance), NOT_FINITE
+    difference = amplitude - 2.0 * s.last + s.before
+    s.samples = min(s.samples + 1, MEMORY + 2)
+    known = s.samples - 2  # second differences so far
+    if known > 0:
+        s.learnt += (difference * difference / 6.0 - s.learnt) / min(known, MEMORY)
+    if known >= LEAST_KNOWN:
+        s.variance = s.learnt
+    s.before = s.last
+    s.last = amplitude
+    s.phase_deg = DEGREES * atan2(y, x)
+    return amplitude, s.phase_deg, math.sqrt(s.variance), 0
 
 
 class LockInEstimator:
@@ -29,46 +81,25 @@ class LockInEstimator:
 
     def __init__(self, model: ResonatorModel | None = None) -> None:
         """Correct the phasors for drive and sensor of `model`; None: take them as they are read."""
-        self._model = model if model is not None and model.used else None
-        self._amplitudes = (0.0, 0.0)  # the last one, and the one before
-        self._variance = self._learnt = 0.0
-        self._samples = 0
-        self._phase_deg = 0.0
+        self.model = model if model is not None and model.used else None
+        self._memory = LockInMemory()
 
     def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
         """Start at rest: the first reading is one sample of the noise."""
-        sensed = self._motion(levels, sensed)
-        amplitude = math.hypot(*sensed)
-        self._amplitudes = (amplitude, amplitude)
-        self._variance = 0.5 * amplitude * amplitude if math.isfinite(amplitude) else 0.0
-        self._samples, self._learnt = 1, 0.0
-        self._phase_deg = math.degrees(math.atan2(sensed[1], sensed[0]))
-        return self._estimate(amplitude)
+        self._memory = LockInMemory()
+        return self.step(levels, sensed, 0.0)
 
     def step(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> Estimate:
         """Return the estimate of one sample."""
-        in_phase, quadrature = self._motion(levels, sensed)
-        amplitude = math.sqrt(in_phase * in_phase + quadrature * quadrature)
-        if not math.isfinite(amplitude):
-            return self._estimate(self._amplitudes[0], NOT_FINITE)
-        last, before = self._amplitudes
-        difference = amplitude - 2.0 * last + before
-        self._samples += 1
-        known = self._samples - 2  # second differences so far
-        if known > 0:
-            self._learnt += (difference * difference / 6.0 - self._learnt) / min(known, MEMORY)
-        if known >= LEAST_KNOWN:
-            self._variance = self._learnt
-        self._amplitudes = (amplitude, last)
-        self._phase_deg = math.degrees(math.atan2(quadrature, in_phase))
-        return self._estimate(amplitude)
+        return Estimate(*lock_in_step(self._memory, *self._motion(levels, sensed)))
 
-    def _motion(self, levels: Sequence[float], sensed: Sequence[float]) -> Sequence[float]:
+    def _motion(self, levels: Sequence[float], sensed: Sequence[float]) -> tuple[float, float]:
         """Return the displacement's phasor against the force."""
-        if self._model is None or not all(map(math.isfinite, sensed)):
-            return sensed
-        phasor = self._model.motion(complex(*sensed), levels[1])
-        return phasor.real, phasor.imag
-
-    def _estimate(self, amplitude: float, status: int = 0) -> Estimate:
-        return Estimate(amplitude, self._phase_deg, math.sqrt(self._variance), status)
+        x, y = float(sensed[0]), float(sensed[1])
+        if self.model is None or not (math.isfinite(x) and math.isfinite(y)):
+            return x, y
+        size = math.sqrt(x * x + y * y)
+        if self.model.sensor_curvature > 0.0 and size > 0.0:
+            factor = unsaturated_amplitude(size, self.model.sensor_curvature) / size
+            x, y = factor * x, factor * y
+        return straightened(x, y, levels[1], self.model)

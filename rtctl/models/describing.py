@@ -20,7 +20,7 @@ _COSINE: NDArray[np.float64] = np.cos(math.pi * (np.arange(POINTS) + 0.5) / POIN
 
 
 def equivalent_damping(
-    amplitude: float, rate: float, *, linear: float, squared: float, quadratic: float, friction: float
+    amplitude: float, rate: float, linear: float, squared: float, quadratic: float, friction: float
 ) -> float:
     """Return c(a) [1/s].
 
@@ -32,7 +32,11 @@ def equivalent_damping(
         quadratic: c_q of |z'| z' [1/um].
         friction: F [um/s^2].
     """
-    c = linear + 0.25 * squared * amplitude**2 + 8.0 / (3.0 * math.pi) * quadratic * rate * amplitude
+    c: float = (
+        linear
+        + 0.25 * squared * (amplitude * amplitude)
+        + 8.0 / (3.0 * math.pi) * quadratic * rate * amplitude
+    )
     return c + (4.0 * friction / (math.pi * rate * amplitude) if friction != 0.0 else 0.0)
 
 

@@ -11,7 +11,9 @@ import cmath
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, NamedTuple
 
+from rtctl.arithmetic.elementary import cos, sin
 from rtctl.border.errors import InputError
 from rtctl.border.model_file import MechanismTable, ModelFile
 from rtctl.models.describing import equivalent_damping, saturated_amplitude, unsaturated_amplitude
@@ -45,6 +47,63 @@ INDIFFERENT = {
     "input.hold": "the coil is driven by a sine",
 }
 """Mechanisms without effect on amplitude and phase of the first harmonic, and why."""
+
+
+class ResonatorParams(NamedTuple):
+    """What the loop of a resonator knows of its model; names and units as in `ResonatorModel`."""
+
+    damping: float
+    damping_squared: float
+    damping_quadratic: float
+    friction: float
+    resonance: float
+    decay: float
+    growth: float
+    delay_s: float
+    drive_lag_s: float
+    sensor_lag_s: float
+
+
+def decay_at(amplitude_um: float, p: Any) -> float:
+    """Return sigma at an amplitude [1/s], half the slope of c(a) a; `p`: fields of `ResonatorParams`."""
+    if p.damping_squared == 0.0 and p.damping_quadratic == 0.0:
+        return float(p.decay)
+    a = max(amplitude_um, 0.0)
+    slope = p.damping + 0.75 * p.damping_squared * a * a
+    slope += 16.0 / (3.0 * math.pi) * p.damping_quadratic * p.resonance * a
+    return float(max(0.5 * slope, 0.0))
+
+
+def holding_current(amplitude_um: float, p: Any) -> float:
+    """Return the current [mA] that keeps an amplitude at phase resonance; `p`: fields of `ResonatorParams`."""
+    if p.damping_squared == 0.0 and p.damping_quadratic == 0.0 and p.friction == 0.0:
+        return float(p.decay * amplitude_um / p.growth)
+    c = equivalent_damping(
+        max(amplitude_um, 1e-12), p.resonance, p.damping, p.damping_squared, p.damping_quadratic, p.friction
+    )
+    return float(0.5 * c * amplitude_um / p.growth)
+
+
+def straightened(x: float, y: float, frequency_hz: float, p: Any) -> tuple[float, float]:
+    """Return the displacement's phasor against the force, from that of the reading against the current.
+
+    Multiplied by (1 + i w l) / |1 + i w l| exp(i w d) (1 + i w s): drive's lag l, its delay d, sensor's lag s.
+
+    Args:
+        x: in phase with the current.
+        y: in quadrature.
+        frequency_hz: of the drive [Hz].
+        p: fields of `ResonatorParams`.
+    """
+    if p.delay_s == 0.0 and p.drive_lag_s == 0.0 and p.sensor_lag_s == 0.0:
+        return x, y
+    rate = 2.0 * math.pi * frequency_hz
+    drive, sensor = rate * p.drive_lag_s, rate * p.sensor_lag_s
+    size = math.sqrt(1.0 + drive * drive)
+    a, b = (1.0 - drive * sensor) / size, (drive + sensor) / size
+    c, s = cos(rate * p.delay_s), sin(rate * p.delay_s)
+    real, imaginary = a * c - b * s, a * s + b * c
+    return x * real - y * imaginary, x * imaginary + y * real
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -98,6 +157,11 @@ class ResonatorModel:
         return 0.5 * self.damping
 
     @property
+    def params(self) -> ResonatorParams:
+        """What the loop's functions take."""
+        return ResonatorParams(*(float(getattr(self, name)) for name in ResonatorParams._fields))
+
+    @property
     def growth(self) -> float:
         """Slope d amplitude / dt that a current gives at resonance [um/s/mA]."""
         shrunk = abs(self.drive_phasor(self.resonance / (2.0 * math.pi)))
@@ -117,8 +181,7 @@ class ResonatorModel:
         size = abs(reading)
         if size > 0.0 and self.sensor_curvature > 0.0:
             reading *= unsaturated_amplitude(size, self.sensor_curvature) / size
-        force = self.drive_phasor(frequency_hz)  # its size is the force's, its phase also the motion's
-        return reading * abs(force) / (self.sensor_phasor(frequency_hz) * force)
+        return complex(*straightened(reading.real, reading.imag, frequency_hz, self))
 
     def reads(self, amplitude_um: float) -> float:
         """Return the lock-in's reading of an amplitude at resonance [um]."""
@@ -127,22 +190,11 @@ class ResonatorModel:
 
     def decay_at(self, amplitude_um: float) -> float:
         """Return sigma at an amplitude [1/s]: half the slope of c(a) a."""
-        if self.damping_squared == self.damping_quadratic == 0.0:
-            return self.decay
-        a = max(amplitude_um, 0.0)
-        slope = self.damping + 0.75 * self.damping_squared * a**2
-        slope += 16.0 / (3.0 * math.pi) * self.damping_quadratic * self.resonance * a
-        return max(0.5 * slope, 0.0)
+        return decay_at(amplitude_um, self)
 
     def holding_current(self, amplitude_um: float) -> float:
         """Return the current [mA] that keeps an amplitude at phase resonance."""
-        if self.damping_squared == self.damping_quadratic == self.friction == 0.0:
-            return self.decay * amplitude_um / self.growth
-        c = equivalent_damping(
-            max(amplitude_um, 1e-12), self.resonance, linear=self.damping, squared=self.damping_squared,
-            quadratic=self.damping_quadratic, friction=self.friction,
-        )  # fmt: skip
-        return 0.5 * c * amplitude_um / self.growth
+        return holding_current(amplitude_um, self)
 
     def bent_hz(self, amplitude_um: float) -> float:
         """Return the shift [Hz] of the backbone from the linear resonance, by one harmonic."""

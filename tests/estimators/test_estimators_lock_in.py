@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rtctl.estimators.lock_in import MEMORY, LockInEstimator
@@ -23,6 +23,7 @@ def run(readings: np.ndarray) -> list:
     ]
 
 
+@settings(deadline=None)  # the first call compiles
 @given(st.floats(1e-6, 10.0), st.floats(-3.1, 3.1))
 def test_it_is_the_phasor_in_polar_form(amplitude: float, phase: float) -> None:
     z = cmath.rect(amplitude, phase)
