@@ -18,6 +18,7 @@ import numpy as np
 
 from rtctl.api.exporting.c import export_c
 from rtctl.api.runs.running import run
+from rtctl.export.c.laws.planning import law_of
 from rtctl.export.c.proof.machines import EMULATED, MACHINES, missing
 from rtctl.export.c.proof.recorded import inputs_of
 from rtctl.session.closed_loop import planned_step
@@ -65,7 +66,9 @@ def cost(model: Path, settings: dict[str, Any], place: Path) -> dict[str, float]
     build = place / "loop" / "build" / "float"
     recorded = read_run(place / "run")
     step, setpoints, _ = planned_step(recorded.scenario, recorded.model)
-    rows, _ = inputs_of(recorded, setpoints, step.preview_s, np.float32)
+    rows, _ = inputs_of(
+        law_of(recorded.scenario, recorded.model), recorded, setpoints, step.preview_s, np.float32
+    )
     (build / "in.bin").write_bytes(rows.tobytes())
     subprocess.run(
         [*MACHINES["m4f"].emulator, *EMULATED, "-icount", "shift=0", "-kernel", "cost.elf"],

@@ -1,6 +1,8 @@
 """Exported loops on every machine that is here, over many samples of noise and corners: the same bits as Python?
 
-python benchmarks/export_c_proof.py --model MODEL.toml [--rows 1000000] [--estimators observer ...] [--machines gcc ...]
+`lock_in` is the bundled resonator's loop; of a model with mechanisms the estimators are the extended ones.
+
+    python benchmarks/export_c_proof.py --model MODEL.toml [--rows 1000000] [--estimators observer ...] [--machines gcc ...]
 """
 
 from __future__ import annotations
@@ -19,11 +21,12 @@ from rtctl.export.c.proof.corners import corner_rows
 from rtctl.export.c.proof.in_python import PythonLaw
 from rtctl.export.c.proof.machines import MACHINES, REALS, build, missing, run
 from rtctl.export.c.translated import translated
+from rtctl.models.resonator import read_resonator
 from rtctl.models.vo2 import read_model
 from rtctl.scenario.bundled import find_scenario
 from rtctl.scenario.schema import load_scenario
 
-ESTIMATORS = ("observer", "composite", "gap_free", "preisach", "egpi")
+ESTIMATORS = ("observer", "composite", "gap_free", "preisach", "egpi", "lock_in")
 
 
 def main() -> None:
@@ -36,13 +39,17 @@ def main() -> None:
     print("| estimator | precision | machine | samples | faults among them | differ from Python | s |")
     print("|---|---|---|---|---|---|---|")
     for estimator in args.estimators:
-        settings = {"estimator.kind": estimator, "controller.feedforward": "inverse"}
-        overrides = [f"{key}={value}" for key, value in settings.items()]
-        scenario, _ = load_scenario(find_scenario("steps"), overrides)
-        exported = translated(law_of(scenario, read_model(args.model)))
+        is_vo2 = estimator != "lock_in"
+        name, settings = ("steps", {"controller.feedforward": "inverse"}) if is_vo2 else ("me_amplitude", {})
+        settings["estimator.kind"] = estimator
+        file = args.model if is_vo2 else find_scenario(name).parent / "models" / "me_a.toml"
+        scenario, _ = load_scenario(
+            find_scenario(name), [f"{key}={value}" for key, value in settings.items()]
+        )
+        exported = translated(law_of(scenario, read_model(file) if is_vo2 else read_resonator(file)))
         with tempfile.TemporaryDirectory() as place:
             folder = Path(place)
-            export_c("steps", model=args.model, settings=settings, out=folder)
+            export_c(name, model=file, settings=settings, out=folder)
             for precision, real in REALS.items():
                 rows = corner_rows(exported.law, args.rows, real, seed=3)
                 oracle = PythonLaw(*exported, real, compiled=True)(rows)
@@ -51,7 +58,7 @@ def main() -> None:
                     if missing(machine) or precision not in machine.precisions:
                         continue
                     begin = time.perf_counter()
-                    found = run(build(folder, machine, precision), machine, rows, precision)
+                    found = run(build(folder, machine, precision), machine, rows, oracle.dtype)
                     unequal, first = differences(found, oracle)
                     lasted = time.perf_counter() - begin
                     print(

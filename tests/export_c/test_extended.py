@@ -90,7 +90,7 @@ def test_corners_are_computed_to_the_bit(tmp_path: Path, precision: str) -> None
     oracle = PythonLaw(*exported, REALS[precision])(rows)
     assert {0, 1} <= set(np.unique(oracle["fault"]).tolist())
     machine = MACHINES["gcc"]
-    found = run_on(build(tmp_path / "loop", machine, precision), machine, rows, precision)
+    found = run_on(build(tmp_path / "loop", machine, precision), machine, rows, oracle.dtype)
     assert differences(found, oracle) == (0, "")
 
 

@@ -86,7 +86,7 @@ def test_corners_are_computed_to_the_bit(tmp_path: Path, model: Path, precision:
     expected = {0, 1, 5} if clock == "live" else {0, 1, 3, 5}  # refused readings, and too much power
     assert expected <= set(np.unique(oracle["fault"]).tolist())
     machine = MACHINES["gcc"]
-    found = run_on(build(tmp_path / "loop", machine, precision), machine, rows, precision)
+    found = run_on(build(tmp_path / "loop", machine, precision), machine, rows, oracle.dtype)
     assert differences(found, oracle) == (0, "")
 
 

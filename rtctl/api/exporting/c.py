@@ -129,6 +129,11 @@ def run_on_board(
             "run --on: the board reaches its device over a serial line in lockstep: --set driver.kind=serial --set "
             "driver.port=PATH (such as that of `rtctl serve vo2_a --serial PATH`)"
         )
+    if len(loaded.scenario.profile.commands) > 1:
+        raise InputError(
+            "run --on: the board's program of a serial line is for one command and one reading; "
+            f"this device has {len(loaded.scenario.profile.commands)} commands"
+        )
     given = None if model is None else path_of("model", model)
     content = model_of(loaded.scenario, loaded.folder, given)
     file = model_path(loaded.scenario, loaded.folder, given)

@@ -168,8 +168,14 @@ def print_proof(proof: Proof) -> None:
     for one in proof.computed:
         if one.first:
             print(f"{one.machine}, {one.precision}: first {one.first}")
-    estimate, command = proof.deviations["estimate"], proof.deviations["command"]
+    most = {}
+    for name, figures in proof.deviations.items():
+        key = next(one for one in figures if one.startswith("max_") and one != "max_percent")
+        most[name] = readable(figures[key], key.removeprefix("max_"), 2)
+    others = ", ".join(
+        f"{name.replace('_', ' ')} by {size}" for name, size in most.items() if name != "estimate"
+    )
     print(
-        f"single precision: the estimate is off by {readable(estimate['max_um'], 'um', 2)} at most, "
-        f"{estimate['max_percent']:.2g} % of the range; the command by {readable(command['max_mA'], 'mA', 2)} at most"
+        f"single precision: the estimate is off by {most['estimate']} at most, "
+        f"{proof.deviations['estimate']['max_percent']:.2g} % of the range; the {others} at most"
     )

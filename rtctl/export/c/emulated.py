@@ -17,8 +17,9 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import Fault, InputError
 from rtctl.evaluation.summary import summarise
+from rtctl.export.c.laws.law import Law, aligned_dtype
+from rtctl.export.c.laws.planning import law_of
 from rtctl.export.c.proof.machines import MACHINES, emulated, missing
-from rtctl.export.c.proof.recorded import input_dtype, output_dtype
 from rtctl.loop.step import upcoming_setpoints
 from rtctl.loop.supervisor import LoopOutcome, signal_columns
 from rtctl.plant_control.lookup import support_of
@@ -71,6 +72,7 @@ def run_emulated(folder: Path, scenario: Scenario, model: Any, port: str) -> Emu
     if made.returncode:
         raise InputError(f"{folder}: the compiler says\n{made.stderr.strip()}")
     build = folder / "build" / "float"
+    law = law_of(scenario, model)
     chain, setpoints, tuning = plan_control(scenario, model)
     preview_s = float(getattr(chain.controller, "preview_s", 0.0))
     upcoming = upcoming_setpoints(setpoints, scenario.scenario.period_s, preview_s)
@@ -82,7 +84,7 @@ def run_emulated(folder: Path, scenario: Scenario, model: Any, port: str) -> Emu
         *MACHINES["m4f"].emulator, "-display", "none", "-monitor", "none", "-chardev", f"serial,id=line,path={port}",
         "-serial", "chardev:line", "-semihosting-config", "enable=on,target=native", "-kernel", "loop.elf",
     ]  # fmt: skip
-    rows = np.frombuffer(emulated(command, build / "told.bin", MACHINES["m4f"].title), dtype=_row_dtype())
+    rows = np.frombuffer(emulated(command, build / "told.bin", MACHINES["m4f"].title), dtype=_row_dtype(law))
     fault = int(rows["out"]["fault"][-1])
     units = dict(signal_columns(scenario.profile, chain.estimator, chain.controller))
     signals = _signals(rows[:-1], list(units))
@@ -91,12 +93,12 @@ def run_emulated(folder: Path, scenario: Scenario, model: Any, port: str) -> Emu
     return EmulatedRun(result=result, fault=fault)
 
 
-def _row_dtype() -> np.dtype[Any]:
+def _row_dtype(law: Law) -> np.dtype[Any]:
     """Return `loop_row` of `boards/loop.c`."""
     return np.dtype(
         [
             ("index", np.int32), ("reference", np.float32), ("commanded", np.float32),
-            ("in", input_dtype(np.float32)), ("out", output_dtype(np.float32)),
+            ("in", aligned_dtype(law.input, np.float32)), ("out", aligned_dtype(law.output, np.float32)),
         ],
         align=True,
     )  # fmt: skip

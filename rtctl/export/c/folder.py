@@ -53,6 +53,11 @@ def write_folder(folder: Path, exported: Translated, manifest: Manifest) -> None
         RUNTIME, folder, ignore=shutil.ignore_patterns("__pycache__", "build"), dirs_exist_ok=True
     )
     write_boards(folder)
+    if (
+        law.output.of("level_2") is not None
+    ):  # the program of the serial line is for one command and one reading
+        for name in ("loop.c", "link.c", "link.h"):
+            (folder / "boards" / name).unlink()
     files = {
         "rtctl.h": c_program.header(law, heading),
         "rtctl_types.h": c_program.types(program),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from rtctl.export.c.laws.law import INPUT, OUTPUT, Law
+from rtctl.export.c.laws.law import Law
 from rtctl.export.c.translation.inference import Program
 from rtctl.export.c.translation.instances import Instance, struct_of_values
 from rtctl.export.c.translation.types import RecordArray, StructType
@@ -23,5 +23,5 @@ def translated(law: Law) -> Translated:
     structs: dict[type, StructType] = {}
     constants = struct_of_values(law.constants, structs)
     program = Program(structs)
-    entry = program.add(law.sample, [RecordArray(law.state), INPUT, OUTPUT, constants], [0, 0, 0, 0])
+    entry = program.add(law.sample, [RecordArray(law.state), law.input, law.output, constants], [0, 0, 0, 0])
     return Translated(law, program, entry)

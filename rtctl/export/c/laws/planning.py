@@ -6,7 +6,10 @@ from typing import Any
 
 from rtctl.border.errors import InputError
 from rtctl.export.c.laws.law import Law
-from rtctl.export.c.laws.vo2 import Parts, vo2_law
+from rtctl.export.c.laws.loop_memory import Parts
+from rtctl.export.c.laws.resonator import resonator_law
+from rtctl.export.c.laws.vo2 import vo2_law
+from rtctl.models.resonator import ResonatorModel
 from rtctl.models.vo2 import Vo2Model
 from rtctl.scenario.command_sequence import settling
 from rtctl.scenario.schema import Scenario
@@ -28,9 +31,10 @@ def law_of(scenario: Scenario, model: Any, extrema: int = EXTREMA) -> Law:
     Raises:
         InputError: a part cannot be exported, or model and scenario contradict each other.
     """
-    if scenario.scenario.plant != "vo2" or not isinstance(model, Vo2Model):
+    if not isinstance(model, Vo2Model | ResonatorModel):
         raise InputError(
-            f'export c: the scenario controls a "{scenario.scenario.plant}"; only the loop of a "vo2" can be exported'
+            f'export c: the scenario controls a "{scenario.scenario.plant}"; the loops of a "vo2" and of a "me" can be '
+            "exported"
         )
     if scenario.reference is None:
         raise InputError(
@@ -38,13 +42,16 @@ def law_of(scenario: Scenario, model: Any, extrema: int = EXTREMA) -> Law:
         )
     chain, _, _ = plan_control(scenario, model)
     parts = Parts(
+        profile=scenario.profile,
         estimator=chain.estimator,
         controller=chain.controller,
-        limits=chain.limits[0],
+        limits=chain.limits,
         plausibility=build_plausibility(scenario, scenario.profile),
         guard=build_guard(scenario, scenario.profile),
         period_s=scenario.scenario.period_s,
         settle_steps=settling(scenario),
         delay=scenario.reading_delay,
     )
-    return vo2_law(model, parts, extrema)
+    return (
+        resonator_law(model, parts) if isinstance(model, ResonatorModel) else vo2_law(model, parts, extrema)
+    )

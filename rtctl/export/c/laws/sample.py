@@ -26,6 +26,12 @@ Record = Any
 """A record inside a function; numba knows its type, mypy does not."""
 
 
+def counted(s: Record, i: Record) -> int:
+    """Return how far the sample counter advanced; the first reading is new."""
+    counts: int = (i.counter - s.counter) & UINT32
+    return 1 if s.known == 0 else counts
+
+
 # long because it is the text of all exported functions that join the parts, which share what is chosen here
 def sample_of(  # noqa: C901
     estimate: Callable[..., Any], forward: Callable[..., Any] | None, delay: int, *, swings: bool = False
@@ -40,11 +46,6 @@ def sample_of(  # noqa: C901
     """
     has_feedforward, oldest = forward is not None, delay
     feedforward: Any = forward
-
-    def counted(s: Record, i: Record) -> int:
-        """Return how far the sample counter advanced; the first reading is new."""
-        counts = (i.counter - s.counter) & UINT32
-        return 1 if s.known == 0 else counts
 
     def refusal(state: Record, i: Record) -> int:
         """Return why a reading is refused."""

@@ -6,7 +6,7 @@ import sys
 import textwrap
 from collections.abc import Iterable
 
-from rtctl.export.c.laws.law import INPUT, OUTPUT, Law
+from rtctl.export.c.laws.law import Law
 from rtctl.export.c.printing.c_expressions import c_number
 from rtctl.export.c.printing.c_statements import Function, comment
 from rtctl.export.c.printing.c_tables import constant_lines, first_value_lines, record_lines, struct_lines
@@ -24,8 +24,8 @@ def header(law: Law, heading: str) -> str:
         *comment(heading), "#ifndef RTCTL_H", "#define RTCTL_H", "", '#include "rtctl_arithmetic.h"', "",
         *comment("Memory of the loop: one for each device. Set by rtctl_init, changed by rtctl_step only."),
         *record_lines(law.state), "",
-        *comment("What a sample needs."), *record_lines(INPUT), "",
-        *comment("What a sample gives."), *record_lines(OUTPUT), "",
+        *comment("What a sample needs."), *record_lines(law.input), "",
+        *comment("What a sample gives."), *record_lines(law.output), "",
         *comment("Set a state to rest at the safe level: the first readings settle the device there."),
         "void rtctl_init(rtctl_state *s);", "",
         *comment("Take one sample: from a reading and a setpoint to the next command."),

@@ -107,7 +107,7 @@ class PythonFunction:
                 self._converted(one, item) for one, item in zip(node.elts, kind.items, strict=True)
             )
         text = self._of(node)
-        return f"real({text})" if kind is REAL and self._type(node) is not REAL else text
+        return f"to_real({text})" if kind is REAL and self._type(node) is not REAL else text
 
     def _of(self, node: ast.expr) -> str:
         return str(getattr(self, f"_{type(node).__name__}")(node))
@@ -176,7 +176,7 @@ class PythonFunction:
             arguments = ", ".join(self._of(one) for one in node.args)
             owner = ast.unparse(node.func.value) if node.args else self._of(node.func.value)
             text = f"{owner}.{node.func.attr}({arguments})"  # Python's own computes in double precision
-            return f"real({text})" if self._type(node) is REAL else text
+            return f"to_real({text})" if self._type(node) is REAL else text
         assert isinstance(node.func, ast.Name)
         called, kind = self._instance.calls.get(node), self._type(node)
         if called is not None:
@@ -209,7 +209,7 @@ def python_program(program: Program, entry: Instance, real: Any, *, compiled: bo
     compile_function: Any = numba.njit(error_model="numpy", fastmath=False) if compiled else lambda f: f
     names = {
         "njit": compile_function,
-        "real": real,
+        "to_real": real,
         "math": math,
         **{name: real(value) for name, value in numbers.items()},
         **{struct.name: struct.source for struct in program.structs.values()},

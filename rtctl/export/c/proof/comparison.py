@@ -12,6 +12,7 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
 from rtctl.export.c.folder import check_origin, digest, read_manifest
+from rtctl.export.c.laws.law import nth
 from rtctl.export.c.laws.planning import law_of
 from rtctl.export.c.proof.in_python import WORTH_COMPILING, PythonLaw
 from rtctl.export.c.proof.machines import MACHINES, REALS, build, missing, run
@@ -45,7 +46,8 @@ class Proof:
     rows: int
     computed: tuple[Computed, ...]
     deviations: Mapping[str, Mapping[str, float]]
-    """Of single precision from the recorded loop: largest and mean, in um and percent of range, mA."""
+    """Of single precision from the recorded loop, of `estimate`, `command` and further commands by their names: largest
+    and mean in their units (`max_um`), and in percent of the range."""
 
     @property
     def same(self) -> bool:
@@ -85,7 +87,7 @@ def prove(folder: Path, run_folder: Path, machines: Sequence[str] = tuple(MACHIN
     step, setpoints, _ = planned_step(recorded.scenario, recorded.model)
     computed, deviations = [], {}
     for precision, real in REALS.items():
-        rows, samples = inputs_of(recorded, setpoints, step.preview_s, real)
+        rows, samples = inputs_of(law, recorded, setpoints, step.preview_s, real)
         oracle = PythonLaw(*exported, real, compiled=len(rows) > WORTH_COMPILING)(rows)
         if precision == "float":
             deviations = _deviations(recorded, oracle, samples)
@@ -102,7 +104,7 @@ def _on(folder: Path, name: str, precision: str, rows: Rows, oracle: Rows) -> Co
         reason = "computes double precision in software that is not rounded exactly"
     if reason:
         return Computed(machine=machine.title, precision=precision, differing=0, first="", skipped=reason)
-    found = run(build(folder, machine, precision), machine, rows, precision)
+    found = run(build(folder, machine, precision), machine, rows, oracle.dtype)
     unequal, first = differences(found, oracle)
     return Computed(machine=machine.title, precision=precision, differing=unequal, first=first)
 
@@ -130,7 +132,7 @@ def _recorded_values(
     """Return name, computed and recorded values of each column; a command is the output of the row before."""
     columns = outputs_of(recorded.signals, recorded.scenario)
     return [
-        (name, found[name][samples - 1 if name == "level" else samples].astype(np.float64), values)
+        (name, found[name][samples - 1 if name.startswith("level") else samples].astype(np.float64), values)
         for name, values in columns.items()
     ]
 
@@ -155,14 +157,18 @@ def _against_recording(recorded: Recorded, found: Rows, samples: Any) -> Compute
 def _deviations(recorded: Recorded, found: Rows, samples: Any) -> dict[str, dict[str, float]]:
     """Return how far single precision is from the recorded loop, fed the recorded readings."""
     reach = support_of(recorded.scenario.scenario.plant).output_range(recorded.scenario, recorded.model)
+    profile = recorded.scenario.profile
+    units = {"estimate": ("estimate", profile.reference.unit)}
+    units |= {
+        nth("level", k): ("command" if k == 0 else one.name, one.unit)
+        for k, one in enumerate(profile.commands)
+    }
     report: dict[str, dict[str, float]] = {}
     for name, one, other in _recorded_values(recorded, found, samples):
-        apart = np.abs(one - other)
-        if name == "estimate":
-            report["estimate"] = {
-                "max_um": float(apart.max()), "mean_um": float(apart.mean()),
-                "max_percent": 100.0 * float(apart.max()) / reach.width,
-            }  # fmt: skip
-        elif name == "level":
-            report["command"] = {"max_mA": float(apart.max()), "mean_mA": float(apart.mean())}
+        if name in units:
+            apart, (title, unit) = np.abs(one - other), units[name]
+            report[title] = {f"max_{unit}": float(apart.max()), f"mean_{unit}": float(apart.mean())}
+    report["estimate"]["max_percent"] = (
+        100.0 * report["estimate"][f"max_{profile.reference.unit}"] / reach.width
+    )
     return report

@@ -10,30 +10,27 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.export.c.laws.law import Law
-from rtctl.export.c.proof.recorded import Rows, input_dtype
+from rtctl.export.c.laws.law import Law, aligned_dtype
+from rtctl.export.c.proof.recorded import Rows
 
 STRETCH = 400
 ENABLED = 1
 WRONG_SHARE = 0.01
 """Share of the rows with something wrong; the first of them that is refused ends the stretch in a fault."""
-READINGS_OHM = (3.0e3, 2.0e5)
-SETPOINTS_UM = (-20.0, 90.0)
 WRONG = (np.nan, np.inf, -np.inf, 0.0, -1.0, 1e-30, 1e30)
 
 
 def corner_rows(law: Law, count: int, real: Any, seed: int) -> Rows:
     """Return inputs (count,) of a law; `real`: precision of the exported arithmetic."""
     random = np.random.default_rng(seed)
-    rows = np.zeros(count, dtype=input_dtype(real))
+    rows = np.zeros(count, dtype=aligned_dtype(law.input, real))
     period_us = round(1e6 * law.constants.rules.period_s)
-    walk = np.cumsum(random.normal(0.0, 0.05, count)) + random.normal(0.0, 1e-3, count)
-    middle, half = (
-        0.5 * np.log(READINGS_OHM[0] * READINGS_OHM[1]),
-        0.5 * np.log(READINGS_OHM[1] / READINGS_OHM[0]),
-    )
-    rows["sensed"] = np.exp(middle + half * np.sin(walk))
-    levels = random.uniform(*SETPOINTS_UM, count // 50 + 1)
+    low, high = law.corners.readings
+    for name in (one for one in rows.dtype.names or () if one.startswith("sensed")):
+        walk = np.sin(np.cumsum(random.normal(0.0, 0.05, count)) + random.normal(0.0, 1e-3, count))
+        share = 0.5 + 0.5 * walk
+        rows[name] = low * (high / low) ** share if low > 0.0 else low + (high - low) * share
+    levels = random.uniform(*law.corners.setpoints, count // 50 + 1)
     rows["setpoint"] = np.repeat(levels, 50)[:count]
     rows["upcoming"] = np.append(rows["setpoint"][1:], rows["setpoint"][-1:])
     rows["periods"], rows["status"] = 1, ENABLED
@@ -63,4 +60,5 @@ def _spoil(rows: Rows, random: np.random.Generator) -> None:
         elif kind == 3:
             rows["time_us"][k] += int(random.integers(-5000, 5000))
         else:  # a sensor that is stuck
-            rows["sensed"][k : k + 100] = rows["sensed"][k]
+            for name in (one for one in rows.dtype.names or () if one.startswith("sensed")):
+                rows[name][k : k + 100] = rows[name][k]

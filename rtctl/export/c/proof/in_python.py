@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.export.c.laws.law import Law, numpy_dtype
+from rtctl.export.c.laws.law import Law, aligned_dtype, numpy_dtype
 from rtctl.export.c.printing.python_program import in_precision, python_program
-from rtctl.export.c.proof.recorded import Rows, input_dtype, output_dtype
+from rtctl.export.c.proof.recorded import Rows
 from rtctl.export.c.translation.inference import Program
 from rtctl.export.c.translation.instances import Instance
 
@@ -33,30 +33,30 @@ class PythonLaw:
         self._run = python_program(program, entry, real, compiled=compiled)
         self._compiled = compiled
         self._constants = in_precision(law.constants, real)
-        self._real = real
+        self._input, self._output = aligned_dtype(law.input, real), aligned_dtype(law.output, real)
         self._initial = np.zeros(1, dtype=numpy_dtype(law.state, real))
         for entry_of_memory in law.memory:
             self._initial[entry_of_memory.name] = entry_of_memory.value
 
     def __call__(self, rows: Rows) -> Rows:
         """Return the outputs of inputs (n,)."""
-        wide = np.zeros(rows.size, dtype=_aligned(input_dtype(self._real)))
+        wide = np.zeros(rows.size, dtype=_wide(self._input))
         for name in rows.dtype.names or ():
             wide[name] = rows[name]
-        outputs = np.zeros(rows.size, dtype=_aligned(output_dtype(self._real)))
+        outputs = np.zeros(rows.size, dtype=_wide(self._output))
         state, initial = self._initial.copy(), self._initial
         records = [state, wide, outputs, initial]
         if not self._compiled:
             records = [one.view(np.recarray) for one in records]
         with np.errstate(all="ignore"):
             self._run(*records[:3], self._constants, records[3])
-        found = np.zeros(rows.size, dtype=output_dtype(self._real))
+        found = np.zeros(rows.size, dtype=self._output)
         for name in outputs.dtype.names or ():
             found[name] = outputs[name]
         return found
 
 
-def _aligned(dtype: np.dtype[Any]) -> np.dtype[Any]:
+def _wide(dtype: np.dtype[Any]) -> np.dtype[Any]:
     """Return the record with integers as Python computes with them."""
     fields = [(name, np.int64 if dtype[name].kind == "i" else dtype[name]) for name in dtype.names or ()]
     return np.dtype(fields, align=True)

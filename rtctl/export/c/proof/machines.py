@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from rtctl.border.errors import InputError
-from rtctl.export.c.proof.recorded import Rows, output_dtype
+from rtctl.export.c.proof.recorded import Rows
 
 LONGEST_S = 900.0
 """Time after which an emulated processor is taken for stuck [s]."""
@@ -87,8 +87,8 @@ def build(folder: Path, machine: Machine, precision: str) -> Path:
     return folder / place / {"host": "host", "m4f": "m4f.elf", "riscv": "riscv.elf"}[machine.target]
 
 
-def run(program: Path, machine: Machine, rows: Rows, precision: str) -> Rows:
-    """Return the outputs of a program for inputs (n,). Raises InputError if it ends early."""
+def run(program: Path, machine: Machine, rows: Rows, output: np.dtype[Any]) -> Rows:
+    """Return the outputs (n,) of a program for inputs (n,). Raises InputError if it ends early."""
     if machine.emulator:
         (program.parent / "in.bin").write_bytes(rows.tobytes())
         command = [*machine.emulator, *EMULATED, "-kernel", program.name]
@@ -97,7 +97,7 @@ def run(program: Path, machine: Machine, rows: Rows, precision: str) -> Rows:
         raw = subprocess.run(
             [str(program.resolve())], input=rows.tobytes(), capture_output=True, check=False
         ).stdout
-    found = np.frombuffer(raw, dtype=output_dtype(REALS[precision]))
+    found = np.frombuffer(raw, dtype=output)
     if len(found) != len(rows):
         raise InputError(f"{machine.title}: the program gave {len(found)} outputs for {len(rows)} inputs")
     return found

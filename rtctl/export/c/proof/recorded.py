@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
+from rtctl.export.c.laws.law import Law, aligned_dtype, nth
 from rtctl.loop.live_parameters import SETPOINT
 from rtctl.loop.step import upcoming_setpoints
 from rtctl.scenario.schema import Scenario
@@ -19,31 +20,13 @@ Rows = NDArray[Any]
 UINT32 = 0xFFFFFFFF
 
 
-def input_dtype(real: Any) -> np.dtype[Any]:
-    """Return the input record as C lays it out."""
-    return np.dtype(
-        [
-            ("sensed", real), ("setpoint", real), ("upcoming", real), ("periods", np.int32), ("status", np.int32),
-            ("counter", np.int64), ("time_us", np.int64), ("begun_ns", np.int64), ("answered_ns", np.int64),
-        ],
-        align=True,
-    )  # fmt: skip
-
-
-def output_dtype(real: Any) -> np.dtype[Any]:
-    """Return the output record as C lays it out."""
-    reals = ("level", "estimate", "surrogate", "standard_error", "proportional", "integral", "feedforward")
-    return np.dtype(
-        [*((name, real) for name in reals), ("estimate_status", np.int32), ("fault", np.int32)], align=True
-    )
-
-
 def inputs_of(
-    run: Recorded, setpoints: FloatArray, preview_s: float, real: Any
+    law: Law, run: Recorded, setpoints: FloatArray, preview_s: float, real: Any
 ) -> tuple[Rows, NDArray[np.int64]]:
     """Return the inputs of a run, a start before the first sample and after each fault; and which are samples.
 
     Args:
+        law: the exported law.
         run: the recording.
         setpoints: the plan's setpoint of each sample (n,) [um].
         preview_s: how far beyond the next sample the controller looks [s].
@@ -54,7 +37,7 @@ def inputs_of(
     """
     period_s, signals = run.scenario.scenario.period_s, run.signals
     upcoming = upcoming_setpoints(setpoints, period_s, preview_s)
-    sensed = signals[run.scenario.profile.sensed[0].name]
+    sensed = np.stack([signals[one.name] for one in run.scenario.profile.sensed], axis=1)
     index = signals["index"].astype(np.int64)
     counter, time_us = signals["counter"].astype(np.int64), signals["device_time"].astype(np.int64)
     status = signals["device_status"].astype(np.int32)
@@ -68,7 +51,7 @@ def inputs_of(
             if event.kind == "start":
                 first = setpoints[event.step] if chosen != chosen else chosen
                 before_us = (int(time_us[k]) - period_us) & UINT32
-                rows.append((event.values["sensed"][0], first, first, 0, int(status[k]),
+                rows.append((*event.values["sensed"], first, first, 0, int(status[k]),
                              (int(counter[k]) - 1) & UINT32, before_us, *_host_ns(at - 1, period_us)))  # fmt: skip
                 previous = event.step - 1
             elif event.kind == "change" and event.values["name"] == SETPOINT:
@@ -80,10 +63,10 @@ def inputs_of(
                 )
         setpoint, aimed = (setpoints[at], upcoming[at]) if chosen != chosen else (chosen, chosen)
         samples.append(len(rows))
-        rows.append((sensed[k], setpoint, aimed, at - previous, int(status[k]), int(counter[k]), int(time_us[k]),
+        rows.append((*sensed[k], setpoint, aimed, at - previous, int(status[k]), int(counter[k]), int(time_us[k]),
                      *_host_ns(at, period_us)))  # fmt: skip
         previous = at
-    return np.array(rows, dtype=input_dtype(real)), np.array(samples, dtype=np.int64)
+    return np.array(rows, dtype=aligned_dtype(law.input, real)), np.array(samples, dtype=np.int64)
 
 
 def _host_ns(index: int, period_us: int) -> tuple[int, int]:
@@ -92,14 +75,11 @@ def _host_ns(index: int, period_us: int) -> tuple[int, int]:
 
 
 def outputs_of(signals: Any, scenario: Scenario) -> dict[str, FloatArray]:
-    """Return the recorded columns by the names of the output record; `level` is the command of the sample."""
+    """Return the recorded columns by the names of the output record; of levels those commanded before the sample."""
     names = list(signals)
-    command = scenario.profile.commands[0].name
     found = dict(zip(("estimate", "surrogate", "standard_error", "estimate_status"), names[2:6], strict=True))
-    found |= {
-        "level": command,
-        "proportional": "proportional",
-        "integral": "integral",
-        "feedforward": "feedforward",
-    }
+    profile = scenario.profile
+    found |= {nth("level", k): one.name for k, one in enumerate(profile.commands)}
+    terms = names[7 + len(profile.sensed) + len(profile.commands) : -3]
+    found |= dict(zip(terms, terms, strict=True))
     return {name: np.asarray(signals[column]) for name, column in found.items()}
