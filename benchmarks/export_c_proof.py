@@ -2,7 +2,8 @@
 
 `lock_in` is the bundled resonator's loop; of a model with mechanisms the estimators are the extended ones.
 
-    python benchmarks/export_c_proof.py --model MODEL.toml [--rows 1000000] [--estimators observer ...] [--machines gcc ...]
+    python benchmarks/export_c_proof.py --model MODEL.toml [--rows 1000000] [--estimators observer ...]
+        [--machines gcc ...]
 """
 
 from __future__ import annotations

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 from rtctl.interfaces import ControlAction, Estimate
 
@@ -54,6 +55,71 @@ class PidGains:
         return 0.0 if self.kd == 0.0 else self.kd / self.kp / FILTER_RATIO
 
 
+class PidParams(NamedTuple):
+    """Parameters of `pid_step`, in units of command and output."""
+
+    kp: float
+    """[command/output]."""
+    ki: float
+    """[command/(output s)]."""
+    kd: float
+    """[command s/output]."""
+    filter_s: float
+    """Time constant of the derivative's filter [s]."""
+    weight: float
+    """Share of the setpoint in the proportional term."""
+
+
+@dataclass(slots=True)
+class PidMemory:
+    """Memory of `pid_step`."""
+
+    integral: float = 0.0
+    """[command]."""
+    derivative: float = 0.0
+    """[command]."""
+    before: float = 0.0
+    """The estimate before [output]."""
+    error: float = 0.0
+    """The last weighted error [output]."""
+    asked: float = 0.0
+    """The level that was asked for last [command]."""
+
+
+def pid_start(s: Any, p: PidParams, level: float, setpoint: float, value: float) -> None:
+    """Start so that the first command equals `level`, whatever the first error is; `PidMemory` in place."""
+    s.error = p.weight * setpoint - value
+    s.before, s.derivative = value, 0.0
+    s.integral = level - p.kp * s.error
+
+
+def pid_step(s: Any, p: PidParams, setpoint: float, value: float, elapsed_s: float) -> float:
+    """Return the proportional term [command]; advance `PidMemory`, with what is asked for, in place.
+
+    Args:
+        s: the memory.
+        p: parameters.
+        setpoint: [output].
+        value: the estimate [output].
+        elapsed_s: time since the step before [s].
+    """
+    s.error = p.weight * setpoint - value
+    s.integral += p.ki * (setpoint - value) * elapsed_s
+    if p.kd != 0.0:
+        whole_s = p.filter_s + elapsed_s
+        s.derivative = (p.filter_s * s.derivative - p.kd * (value - s.before)) / whole_s
+    s.before = value
+    proportional = p.kp * s.error
+    s.asked = proportional + s.integral + s.derivative
+    return float(proportional)
+
+
+def pid_applied(s: Any, level: float) -> None:
+    """Take back from the integral term what the limits did not let through (anti-windup), in place."""
+    if level != s.asked:
+        s.integral += level - s.asked
+
+
 class PidController:
     """PID of the first command; further commands stay at `others` (`rtctl.interfaces.Controller`)."""
 
@@ -70,34 +136,32 @@ class PidController:
             setpoint_weight: b, between 0 and 1.
             others: Levels at which the further commands are held, each in its unit.
         """
-        self.gains, self._weight = gains, setpoint_weight
+        self.gains, self._weight = gains, float(setpoint_weight)
         self.terms = tuple((name, unit) for name in ("proportional", "integral", "derivative"))
         self._others = tuple(others)
-        self._integral = self._derivative = self._asked = self._error = self._before = 0.0
+        self._memory = PidMemory()
+
+    @property
+    def params(self) -> PidParams:
+        """What the functions of the controller take."""
+        gains = self.gains
+        return PidParams(
+            float(gains.kp), float(gains.ki), float(gains.kd), float(gains.filter_s), self._weight
+        )
 
     def start(self, levels: Sequence[float], setpoint: float, estimate: Estimate) -> None:
         """Start so that the first command equals the applied level, whatever the first error is."""
-        self._error = self._weight * setpoint - estimate.value
-        self._before, self._derivative = estimate.value, 0.0
-        self._integral = levels[0] - self.gains.kp * self._error
+        pid_start(self._memory, self.params, levels[0], setpoint, estimate.value)
 
     def step(self, setpoint: float, upcoming: float, estimate: Estimate, elapsed_s: float) -> ControlAction:
         """Return the command and its terms; see `Controller`."""
-        gains, value = self.gains, estimate.value
-        self._error = self._weight * setpoint - value
-        self._integral += gains.ki * (setpoint - value) * elapsed_s
-        if gains.kd != 0.0:
-            whole = gains.filter_s + elapsed_s
-            self._derivative = (gains.filter_s * self._derivative - gains.kd * (value - self._before)) / whole
-        self._before = value
-        proportional = gains.kp * self._error
-        self._asked = proportional + self._integral + self._derivative
-        return ControlAction((self._asked, *self._others), (proportional, self._integral, self._derivative))
+        s = self._memory
+        proportional = pid_step(s, self.params, setpoint, estimate.value, elapsed_s)
+        return ControlAction((s.asked, *self._others), (proportional, s.integral, s.derivative))
 
     def applied(self, levels: Sequence[float]) -> None:
         """Take back from the integral term what the limits did not let through (anti-windup)."""
-        if levels[0] != self._asked:
-            self._integral += levels[0] - self._asked
+        pid_applied(self._memory, levels[0])
 
     def parameters(self) -> dict[str, float]:
         """Return the gains, which can be changed while the loop runs, by their names in a scenario."""
@@ -109,8 +173,8 @@ class PidController:
         Raises:
             ValueError: The gains would not be finite or not of one sign.
         """
-        before = self.gains
+        before, s = self.gains, self._memory
         self.gains = replace(before, **{name.removeprefix("controller."): value})
-        self._integral += (before.kp - self.gains.kp) * self._error
+        s.integral += (before.kp - self.gains.kp) * s.error
         if self.gains.kd == 0.0:
-            self._integral, self._derivative = self._integral + self._derivative, 0.0
+            s.integral, s.derivative = s.integral + s.derivative, 0.0

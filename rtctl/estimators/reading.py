@@ -17,20 +17,20 @@ class ReadingEstimator:
 
     def __init__(self, profile: DeviceProfile, name: str = "") -> None:
         """Choose the reading of `name`; "": the first compatible one."""
-        self._index, self._factor = -1, math.nan
+        self.index, self.factor = -1, math.nan
         for index, channel in enumerate(profile.sensed):
             if name not in ("", channel.name):
                 continue
             try:
-                self._factor = convert(1.0, channel.unit, profile.reference.unit)
+                self.factor = convert(1.0, channel.unit, profile.reference.unit)
             except ValueError:
                 continue
-            self._index = index
+            self.index = index
             break
 
     def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
         """Return the reading in the output's unit."""
-        value = self._factor * sensed[self._index] if self._index >= 0 else math.nan
+        value = self.factor * sensed[self.index] if self.index >= 0 else math.nan
         return Estimate(value, math.nan, math.nan, 0)
 
     def step(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> Estimate:

@@ -13,6 +13,19 @@ from rtctl.border.records import DeviceProfile
 from rtctl.export.c.translation.types import BOOL, INT, LONG, REAL, ArrayType, Field, RecordType
 
 
+class ByPrecision(float):
+    """A constant of double precision that has another value in single precision."""
+
+    single: float
+
+
+def by_precision(double: float, single: float) -> ByPrecision:
+    """Return the constant."""
+    made = ByPrecision(double)
+    made.single = single
+    return made
+
+
 @dataclass(frozen=True, slots=True)
 class Memory:
     """A field of the state with its value at the start."""

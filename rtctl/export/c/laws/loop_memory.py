@@ -41,6 +41,19 @@ class Rules(NamedTuple):
     """The level at which the device is at rest [its unit]."""
 
 
+class Limits(NamedTuple):
+    """Limits of a command, in its unit."""
+
+    low: float
+    high: float
+    slew_per_s: float
+
+
+def limits_of(limits: CommandLimits) -> Limits:
+    """Return the range and the slew of a command."""
+    return Limits(float(limits.low), float(limits.high), float(limits.slew_per_s))
+
+
 def refuse_stops(limits: Sequence[CommandLimits]) -> None:
     """Raise InputError where a limit stops the loop."""
     if any(one.stop for one in limits):

@@ -5,8 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from rtctl.border.errors import InputError
+from rtctl.controllers.pid import PidController
 from rtctl.export.c.laws.law import Law
 from rtctl.export.c.laws.loop_memory import Parts
+from rtctl.export.c.laws.pid import pid_law
 from rtctl.export.c.laws.resonator import resonator_law
 from rtctl.export.c.laws.vo2 import vo2_law
 from rtctl.models.resonator import ResonatorModel
@@ -31,11 +33,6 @@ def law_of(scenario: Scenario, model: Any, extrema: int = EXTREMA) -> Law:
     Raises:
         InputError: a part cannot be exported, or model and scenario contradict each other.
     """
-    if not isinstance(model, Vo2Model | ResonatorModel):
-        raise InputError(
-            f'export c: the scenario controls a "{scenario.scenario.plant}"; the loops of a "vo2" and of a "me" can be '
-            "exported"
-        )
     if scenario.reference is None:
         raise InputError(
             "export c: the scenario has no [reference]: it plays a current in open loop, and there is no controller"
@@ -52,6 +49,15 @@ def law_of(scenario: Scenario, model: Any, extrema: int = EXTREMA) -> Law:
         settle_steps=settling(scenario),
         delay=scenario.reading_delay,
     )
-    return (
-        resonator_law(model, parts) if isinstance(model, ResonatorModel) else vo2_law(model, parts, extrema)
+    if scenario.references:
+        raise InputError("export c: loops of several outputs ([references]) have no form in C")
+    if isinstance(model, Vo2Model):
+        return vo2_law(model, parts, extrema)
+    if isinstance(model, ResonatorModel):
+        return resonator_law(model, parts)
+    if type(parts.controller) is PidController:
+        return pid_law(parts)
+    raise InputError(
+        f'export c: the controller of this "{scenario.scenario.plant}" is a {type(parts.controller).__name__}; the '
+        'loops of a "vo2" and of a "me", and a PID on a reading of the output, can be exported'
     )

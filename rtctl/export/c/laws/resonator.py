@@ -9,10 +9,9 @@ from rtctl.border.errors import InputError
 from rtctl.controllers.agc_pll import AgcPllController, AgcPllMemory, AgcPllParams
 from rtctl.estimators.lock_in import LockInEstimator, LockInMemory
 from rtctl.export.c.laws.law import Corners, Law, Memory, input_record, output_record
-from rtctl.export.c.laws.loop_memory import Parts, Rules, loop_memory, refuse_stops
+from rtctl.export.c.laws.loop_memory import Limits, Parts, Rules, limits_of, loop_memory, refuse_stops
 from rtctl.export.c.laws.resonator_sample import resonator_sample_of
 from rtctl.models.resonator import ResonatorModel, ResonatorParams
-from rtctl.safety.limits import CommandLimits
 
 CORNERS = Corners((-1.8, 1.8), (-0.2, 1.6))
 PLACES = {
@@ -21,14 +20,6 @@ PLACES = {
     "growth": "of drive_gain and stiffness", "delay_s": "drive.delay", "drive_lag_s": "drive.lag",
     "sensor_lag_s": "sensor.lag",
 }  # fmt: skip
-
-
-class Limits(NamedTuple):
-    """Limits of a command, in its unit."""
-
-    low: float
-    high: float
-    slew_per_s: float
 
 
 class ResonatorConstants(NamedTuple):
@@ -62,7 +53,7 @@ def resonator_law(model: ResonatorModel, parts: Parts) -> Law:
             f"export c: limits.{parts.profile.commands[1].name}.rms has no place in the exported loop"
         )
     constants = ResonatorConstants(
-        Rules(parts.period_s, current.safe), frequency.safe, _limits(current), _limits(frequency), controller.model,
+        Rules(parts.period_s, current.safe), frequency.safe, limits_of(current), limits_of(frequency), controller.model,
         controller.params,
     )  # fmt: skip
     return Law(
@@ -85,10 +76,6 @@ def resonator_law(model: ResonatorModel, parts: Parts) -> Law:
         },
         settle_steps=parts.settle_steps,
     )
-
-
-def _limits(limits: CommandLimits) -> Limits:
-    return Limits(float(limits.low), float(limits.high), float(limits.slew_per_s))
 
 
 def _memory(start: Any, owner: str) -> list[Memory]:

@@ -10,12 +10,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 from rtctl.controllers.pi import beyond_deadband
+from rtctl.controllers.pid import pid_applied, pid_start, pid_step
 from rtctl.loop.compiled.block import is_accepted, is_affordable
 from rtctl.loop.compiled.step import DEADBAND, ERROR, INTEGRAL, KP, pi_within_limits
 from rtctl.safety.guards import changes_too_fast
+from rtctl.safety.limits import limit_command
 from rtctl.safety.plausibility import UINT32, is_plausible
 
 IMPLAUSIBLE, TOO_FAST, UNLIKELY, NOT_A_LEVEL, TOO_MUCH_ENERGY = range(1, 6)
@@ -26,6 +28,72 @@ Record = Any
 """A record inside a function; numba knows its type, mypy does not."""
 
 
+class LoopControl(NamedTuple):
+    """The functions of a controller."""
+
+    set_zero: Callable[..., Any]
+    """(output): sets its terms to zero."""
+    start: Callable[..., Any]
+    """(state, constants, value, setpoint): continues from the level in force without a bump."""
+    step: Callable[..., Any]
+    """(state, output, constants, value, setpoint, upcoming, elapsed) -> level within its limits, level asked for."""
+
+
+def pi_control(forward: Callable[..., Any] | None) -> LoopControl:
+    """Return a PI with a feedforward (state, constants, upcoming, elapsed) -> command; None: there is none."""
+    has_feedforward = forward is not None
+    feedforward: Any = forward
+
+    def set_zero(o: Record) -> None:
+        """Set the terms to zero."""
+        o.proportional = o.integral = o.feedforward = 0.0
+
+    def start_pi(s: Record, c: Record, value: float, setpoint: float) -> None:
+        """Start so that the first command continues from the level in force."""
+        assumed = s.level if has_feedforward else 0.0
+        s.control[ERROR] = beyond_deadband(setpoint - value, s.control[DEADBAND])
+        s.control[INTEGRAL] = s.level - assumed - s.control[KP] * s.control[ERROR]
+
+    # 7 parameters: those of every controller
+    def step_pi(
+        s: Record, o: Record, c: Record, value: float, setpoint: float, upcoming: float, elapsed_s: float
+    ) -> tuple[float, float]:
+        """Return the next level within its limits, and the one that is asked for."""
+        term = feedforward(s, c, upcoming, elapsed_s) if has_feedforward else 0.0
+        allowed, asked, o.proportional, o.integral, o.feedforward = pi_within_limits(
+            s.control, term, value, setpoint, s.level, elapsed_s
+        )
+        return allowed, asked
+
+    return LoopControl(set_zero, start_pi, step_pi)
+
+
+def pid_control() -> LoopControl:
+    """Return a PID."""
+
+    def set_zero(o: Record) -> None:
+        """Set the terms to zero."""
+        o.proportional = o.integral = o.derivative = 0.0
+
+    def start_pid(s: Record, c: Record, value: float, setpoint: float) -> None:
+        """Start so that the first command continues from the level in force."""
+        pid_start(s, c.pid, s.level, setpoint, value)
+
+    def step_pid(
+        s: Record, o: Record, c: Record, value: float, setpoint: float, upcoming: float, elapsed_s: float
+    ) -> tuple[float, float]:
+        """Return the next level within its limits, and the one that is asked for."""
+        o.proportional = pid_step(s, c.pid, setpoint, value, elapsed_s)
+        o.integral, o.derivative = s.integral, s.derivative
+        allowed = limit_command(
+            s.asked, s.level, c.limits.slew_per_s * elapsed_s, c.limits.low, c.limits.high
+        )
+        pid_applied(s, allowed)
+        return allowed, s.asked
+
+    return LoopControl(set_zero, start_pid, step_pid)
+
+
 def counted(s: Record, i: Record) -> int:
     """Return how far the sample counter advanced; the first reading is new."""
     counts: int = (i.counter - s.counter) & UINT32
@@ -34,18 +102,17 @@ def counted(s: Record, i: Record) -> int:
 
 # long because it is the text of all exported functions that join the parts, which share what is chosen here
 def sample_of(  # noqa: C901
-    estimate: Callable[..., Any], forward: Callable[..., Any] | None, delay: int, *, swings: bool = False
+    estimate: Callable[..., Any], control: LoopControl, delay: int, *, swings: bool = False
 ) -> Callable[..., Any]:
     """Return the function of one sample.
 
     Args:
         estimate: estimator (state, constants, level, reading, elapsed) -> value, surrogate, standard error, status.
-        forward: feedforward (state, constants, upcoming, elapsed) -> command; None: there is none.
+        control: the controller.
         delay: age of the command in force when a reading was taken, in commands.
         swings: whether the controller is shown the estimate without `state.swing`.
     """
-    has_feedforward, oldest = forward is not None, delay
-    feedforward: Any = forward
+    oldest, (set_zero, start_control, step_control) = delay, control
 
     def refusal(state: Record, i: Record) -> int:
         """Return why a reading is refused."""
@@ -66,10 +133,7 @@ def sample_of(  # noqa: C901
         s: Record, o: Record, c: Record, value: float, setpoint: float, upcoming: float, elapsed_s: float
     ) -> int:
         """Set the next level by the estimate, within the limits; return a fault."""
-        term = feedforward(s, c, upcoming, elapsed_s) if has_feedforward else 0.0
-        allowed, asked, o.proportional, o.integral, o.feedforward = pi_within_limits(
-            s.control, term, value, setpoint, s.level, elapsed_s
-        )
+        allowed, asked = step_control(s, o, c, value, setpoint, upcoming, elapsed_s)
         if not math.isfinite(asked):
             return NOT_A_LEVEL
         s.level = allowed
@@ -82,10 +146,8 @@ def sample_of(  # noqa: C901
         for k in range(oldest + 1):
             s.sent[k] = s.level
         o.estimate, o.surrogate, o.standard_error, o.estimate_status = estimate(s, c, s.level, i.sensed, 0.0)
-        assumed = s.level if has_feedforward else 0.0
         value = o.estimate - s.swing if swings else o.estimate
-        s.control[ERROR] = beyond_deadband(i.setpoint - value, s.control[DEADBAND])
-        s.control[INTEGRAL] = s.level - assumed - s.control[KP] * s.control[ERROR]
+        start_control(s, c, value, i.setpoint)
         return command(s, o, c, value, i.setpoint, i.setpoint, c.rules.period_s)
 
     def take(state: Record, i: Record, o: Record, c: Record) -> int:
@@ -114,7 +176,7 @@ def sample_of(  # noqa: C901
         """Take a sample: from a reading and a setpoint to the next level."""
         s = state[0]
         o.estimate = o.surrogate = o.standard_error = math.nan
-        o.proportional = o.integral = o.feedforward = 0.0
+        set_zero(o)
         o.estimate_status = 0
         if s.fault == 0:
             s.fault = take(state, i, o, c)

@@ -34,7 +34,7 @@ from rtctl.export.c.laws.law import Corners, Law, Memory, input_record, output_r
 from rtctl.export.c.laws.loop_memory import Parts, Rules, loop_memory, refuse_stops
 from rtctl.export.c.laws.observer import observer_part
 from rtctl.export.c.laws.parts import Part, Rest
-from rtctl.export.c.laws.sample import sample_of
+from rtctl.export.c.laws.sample import pi_control, sample_of
 from rtctl.models.vo2 import Vo2Model
 
 ESTIMATORS: dict[type, Callable[[Vo2Model, Rest], Part]] = {
@@ -88,7 +88,7 @@ def vo2_law(model: Vo2Model, parts: Parts, extrema: int) -> Law:
         name=used[0].name,
         sample=sample_of(
             used[0].function,
-            used[1].function if len(used) > 1 else None,
+            pi_control(used[1].function if len(used) > 1 else None),
             parts.delay,
             swings=used[0].swings,
         ),

@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.export.c.laws.law import Memory
-from rtctl.export.c.laws.precision import ByPrecision
+from rtctl.export.c.laws.law import ByPrecision, Memory
 from rtctl.export.c.printing.c_expressions import c_number
 from rtctl.export.c.printing.c_statements import STEP, WIDTH, comment, declared
 from rtctl.export.c.translation.types import INT, LONG, REAL, ArrayType, RecordType, StructType

@@ -15,7 +15,7 @@ from typing import Any
 import numba
 import numpy as np
 
-from rtctl.export.c.laws.precision import ByPrecision
+from rtctl.export.c.laws.law import ByPrecision
 from rtctl.export.c.printing.c_expressions import COMPARISONS
 from rtctl.export.c.translation.inference import Program
 from rtctl.export.c.translation.instances import Instance
