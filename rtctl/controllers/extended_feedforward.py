@@ -102,13 +102,11 @@ def power_to(  # noqa: PLR0913
     there = reached(x, film, beam, first, time_s, duration_s, p, r, d)
     for _ in range(SECANTS):
         beyond = reached(x, film, beam, second, time_s, duration_s, p, r, d)
-        if beyond == there:
+        if beyond == there or abs(second - first) < 1e-6:
             break
         following = second + (seen - beyond) * (second - first) / (beyond - there)
         first, there = second, beyond
         second = min(max(following, -400.0), 4.0 * seen + 400.0)
-        if abs(second - first) < 1e-6:
-            break
     return second
 
 
@@ -130,15 +128,15 @@ def extended_inverse_step(s: Any, c: Any, upcoming: float, elapsed_s: float) -> 
         c.ahead.periods * elapsed_s, c.forward_path, c.resistance, c.deflection,
     )  # fmt: skip
     current = min(max(loop_current(power, balance), c.inverse.low), c.inverse.high)
-    command = (current - c.forward_drive.offset) / c.forward_drive.gain
-    command = min(max(command, c.ahead.low), c.ahead.high)
-    heating = heating_current(s.forward_drive, command, c.forward_drive)
+    level = (current - c.forward_drive.offset) / c.forward_drive.gain
+    level = min(max(level, c.ahead.low), c.ahead.high)
+    heating = heating_current(s.forward_drive, level, c.forward_drive)
     path_step(
         s.forward_path, s.forward_film, s.forward_beam, heating, NO_HEAT, s.forward_clock[0], elapsed_s,
         c.forward_path, c.resistance, c.deflection,
     )  # fmt: skip
     later(s.forward_clock, elapsed_s)
-    return command
+    return level
 
 
 class ExtendedFeedforward:

@@ -6,9 +6,10 @@ import re
 import shutil
 import subprocess
 from pathlib import Path
+from typing import Any
 
 import pytest
-from vo2_model_cases import small_model
+from vo2_model_cases import simulation, small_model
 
 from rtctl.api.exporting.c import export_c
 from rtctl.models.vo2 import write_model
@@ -16,14 +17,29 @@ from rtctl.models.vo2 import write_model
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "export-c.md").read_text(encoding="utf-8")
 
 
+OBSERVER = {"estimator.kind": "observer", "controller.feedforward": "inverse"}
+VO2 = ("observer", "composite", "gap_free", "preisach", "egpi")
+LATE: dict[str, Any] = {"sensor__lag": {"time_constant": 2e-3}, "actuation__delay": {"delay": 2e-3}}
+
+
+def exported(folder: Path, loop: str) -> None:
+    """Write a loop: of an estimator of the small model, of that model with mechanisms, or of a resonator."""
+    if loop == "lock_in":
+        export_c("me_amplitude", out=folder)
+        return
+    model = folder.with_suffix(".toml")
+    extended = loop.startswith("extended ")
+    write_model(simulation(**LATE).model if extended else small_model(), model)
+    settings = {**OBSERVER, "estimator.kind": loop.removeprefix("extended ")}
+    export_c("steps", model=model, settings=settings, out=folder)
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("estimator", ["observer", "composite", "gap_free", "preisach", "egpi"])
-def test_every_deviation_stands_in_the_page(tmp_path: Path, estimator: str) -> None:
+@pytest.mark.parametrize("loop", [*VO2, "extended observer", "extended composite", "lock_in"])
+def test_every_deviation_stands_in_the_page(tmp_path: Path, loop: str) -> None:
     if shutil.which("cppcheck") is None:
         pytest.skip("cppcheck missing (Debian: cppcheck)")
-    write_model(small_model(), tmp_path / "model.toml")
-    settings = {"estimator.kind": estimator, "controller.feedforward": "inverse"}
-    export_c("steps", model=tmp_path / "model.toml", settings=settings, out=tmp_path / "loop")
+    exported(tmp_path / "loop", loop)
     # cppcheck does not see that a view, passed by value, points to memory of the state
     blind = ["--suppress=unreadVariable", "--suppress=returnDanglingLifetime"]
     command = [
