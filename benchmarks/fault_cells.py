@@ -61,9 +61,9 @@ class Cell:
     wire: str
     """A kind of driver."""
     kind: str
-    """A kind of fault; "none": the machine's own."""
-    rate: float
-    duration_s: float
+    """A kind of fault; "none": the machine's own; "several": more than one at once."""
+    struck: tuple[tuple[str, float, float], ...]
+    """Kind, rate a burst and duration [s] of each disturbance of the line."""
     quiet_s: float
     count: int
     """Faults to inject; of "none": runs."""
@@ -218,9 +218,10 @@ def judged(
 
 def plan_of(cell: Cell, target: str, folder: Path, device_pid: int) -> FaultPlan:
     """The faulty line of a cell."""
-    struck = () if cell.kind == "none" else (
-        Disturbance(kind=Kind(cell.kind), rate=cell.rate, duration_s=cell.duration_s),
-    )  # fmt: skip
+    struck = tuple(
+        Disturbance(kind=Kind(kind), rate=rate, duration_s=duration_s)
+        for kind, rate, duration_s in cell.struck
+    )
     return FaultPlan(
         wire="tcp" if cell.wire == "modbus-tcp" else "pty",
         target=target,

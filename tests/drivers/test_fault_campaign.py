@@ -30,13 +30,26 @@ def test_every_kind_that_strikes_device_host_or_line_ends_safe_and_named(tmp_pat
         "2",
         "--wires",
         "serial",
+        "--kinds",
+        "bit_flip,device_reboot,host_pause,several",
+        "--out",
+        str(tmp_path / "faults"),
     ]
-    done = subprocess.run(
-        [*command, "--kinds", "bit_flip,device_reboot,host_pause", "--page", str(page)],
-        capture_output=True, text=True, cwd=ROOT, env={**os.environ, "PYTHONPATH": str(ROOT)}, timeout=280.0,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stdout + done.stderr
+
+    def run(*more: str) -> str:
+        done = subprocess.run(
+            [*command, *more], capture_output=True, text=True, cwd=ROOT,
+            env={**os.environ, "PYTHONPATH": str(ROOT)}, timeout=280.0,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stdout + done.stderr
+        return done.stdout
+
+    run()
+    (tmp_path / "faults" / "serial-bit_flip-0.json").unlink()
+    # what was done before it was stopped is not done again
+    assert run("--page", str(page)).count("journal:") == 1
     text = page.read_text(encoding="utf-8")
+    assert "| 3 kinds at once |" in text
     assert text.endswith("rest\n")
     assert "Unsafe currents at the device: 0. Faults without a name: 0." in text
     assert "Records lost: 0 of" in text
