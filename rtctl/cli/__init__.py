@@ -59,6 +59,7 @@ VERBS = {
     "list": Verb(
         "list", "scenarios, plants, drivers, estimators, controllers and mechanisms, your own included"
     ),
+    "sbom": Verb("sbom", "packages, versions and licences of which the program consists here (CycloneDX)"),
     "completion": Verb("completion", "a script by which bash, zsh or fish completes verbs and options"),
     "demo": Verb(
         "device.demo", "serve, acquire, identify and all scenarios, one table (what `make run` calls)"

@@ -1,0 +1,42 @@
+"""What the program consists of here: packages, versions and licences, also as a bill of materials in CycloneDX JSON."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options of `rtctl sbom`."""
+    parser.add_argument(
+        "--out", type=Path, metavar="FILE.json", help="write the bill of materials (CycloneDX 1.5)"
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print a table, or the bill as JSON. Returns 0."""
+    import json
+
+    from rtctl.cli.options import print_json
+    from rtctl.output.atomic_write import replacing
+    from rtctl.output.bill_of_materials import bill_of_materials, materials
+    from rtctl.output.tables import print_table
+
+    found = materials()
+    bill = bill_of_materials(found)
+    if args.out is not None:
+        with replacing(args.out) as partial:
+            partial.write_text(json.dumps(bill, indent=1), encoding="utf-8")
+    if args.json:
+        print_json(bill)
+    elif not args.quiet:
+        rows = [
+            [one.name, one.version, one.licence or "not stated", "" if one.needed else "extra"]
+            for one in found
+        ]
+        print_table("packages", ["name", "version", "licence", ""], rows)
+        silent = sum(not one.licence for one in found)
+        print(
+            f"{len(found)} packages, {silent} whose metadata state no licence; beside them a copy of uPlot (MIT)"
+        )
+    return 0
