@@ -21,7 +21,7 @@ class Event(NamedTuple):
     step: int
     """Index of the sample that it comes before."""
     kind: str
-    """start | change | refused | fault | rearmed; beside the loop: doubt | injected"""
+    """start | change | model | refused | fault | rearmed; beside the loop: doubt | injected"""
     values: Mapping[str, Any]
     """Further values by name."""
 

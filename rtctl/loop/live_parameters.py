@@ -16,10 +16,13 @@ import numpy as np
 from rtctl.border.errors import InputError
 from rtctl.border.mechanisms import without_brackets
 from rtctl.border.records import DeviceProfile
+from rtctl.loop.successor import Successor
 
 SETPOINT = "setpoint"
 STOP = "stop"
 """The change that ends the run at the safe levels."""
+MODEL = "model"
+"""The change to estimator and tuning of another model of the run; its value is that model's number, 0 the first."""
 
 
 class Change(NamedTuple):
@@ -45,6 +48,10 @@ def units_of_parameters(profile: DeviceProfile, *, is_played: bool) -> dict[str,
     }
 
 
+def _no_model(number: int) -> tuple[Successor, str]:
+    raise InputError("the run has not begun yet, or has no model that could be changed")
+
+
 class ParameterChannel:
     """A queue of changes from any thread to the loop's; nothing here waits."""
 
@@ -58,6 +65,10 @@ class ParameterChannel:
         """Says what to know of a change before it is offered; raises InputError on one that must not be made."""
         self.parameters: Callable[[], Mapping[str, float]] = dict
         """Returns the controller's parameters with the changes that were taken."""
+        self.prepare: Callable[[int], tuple[Successor, str]] = _no_model
+        """Returns what is to take over with the model of a number, and what to know of it; raises InputError."""
+        self.successor: Successor | None = None
+        """What takes over with the next change of the model."""
         self.refused: deque[tuple[Change, str]] = deque(maxlen=100)
         """Changes that the loop could not apply, and why."""
 
@@ -71,6 +82,17 @@ class ParameterChannel:
             raise InputError(f"{name} = {value}: a finite number is needed")
         remark = self.judge(name, value)
         self._offered.append(Change(name, value))
+        self.attention[0] = 1
+        return remark
+
+    def offer_model(self, number: int) -> str:
+        """Prepare another model, which may take seconds, and let it take over; return what to know of it.
+
+        Raises:
+            InputError: there is no such model, or it cannot be controlled within the margins.
+        """
+        self.successor, remark = self.prepare(number)
+        self._offered.append(Change(MODEL, float(number)))
         self.attention[0] = 1
         return remark
 

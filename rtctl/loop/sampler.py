@@ -18,7 +18,7 @@ from rtctl.border.errors import DriverError, Fault, InputError
 from rtctl.border.records import Driver, Measurement
 from rtctl.interfaces import Clock, Controller, Estimator, SignalRecorder
 from rtctl.loop.events import Events
-from rtctl.loop.live_parameters import SETPOINT, STOP, ParameterChannel
+from rtctl.loop.live_parameters import MODEL, SETPOINT, STOP, ParameterChannel
 from rtctl.loop.step import Levels, Step, upcoming_setpoints
 from rtctl.safety.guards import EnergyGuard, ReadingGuard
 from rtctl.safety.limits import CommandLimits
@@ -196,7 +196,7 @@ class Sampler:
         """
         at, reading, commanded = self.at, self.reading, self.levels
         if self._changes:
-            _apply_change(self.parts, self.step, index, at)
+            self._apply_change(index)
         setpoint, aimed = self._setpoints[index], self._upcoming[index]
         if at.setpoint == at.setpoint:
             setpoint = aimed = at.setpoint
@@ -209,6 +209,36 @@ class Sampler:
         self.record((index, setpoint, *estimate, reading.reference, *reading.sensed, *commanded, *terms,
                      reading.counter, reading.time_us, reading.status), lateness_s, begun_ns, answered_ns)  # fmt: skip
         at.index = index
+
+    def _apply_change(self, index: int) -> None:
+        """Apply one change; one per sample, so that a flood of them delays no sample by more."""
+        parts, change = self.parts, self.parts.changes.take()
+        if change.name == STOP:
+            refuse_stopped(parts)
+        try:
+            if change.name == SETPOINT:
+                self.at.setpoint = change.value
+            elif change.name == MODEL:
+                self._succeed(index)
+                return
+            else:
+                self.step.change(change.name, change.value)
+        except InputError as error:
+            parts.changes.refused.append((change, str(error)))
+            parts.events.note(index, "refused", name=change.name, value=change.value, message=str(error))
+        else:
+            parts.events.note(index, "change", name=change.name, value=change.value)
+
+    def _succeed(self, index: int) -> None:
+        """Let the step of another model decide from sample `index` on; the limits stay. Raises InputError."""
+        successor, self.parts.changes.successor = self.parts.changes.successor, None
+        if successor is None or successor.since < self.first:
+            raise InputError("the device was armed again since this model was prepared; ask for it again")
+        if successor.take_over(self.levels) != self.at.index:
+            raise InputError("rows of this run are missing, which the model's estimator would have to follow")
+        self.step, self.upcoming = successor.step, successor.upcoming
+        self._upcoming, self._decide = floats(self.upcoming), self.step.step
+        self.parts.events.note(index, MODEL, number=successor.number, since=successor.since)
 
     def record(self, row: tuple[float, ...], lateness_s: float, begun_ns: int, answered_ns: int) -> None:
         """Record a sample.
@@ -232,23 +262,6 @@ class Sampler:
 def floats(values: FloatArray) -> Sequence[float]:
     """Return a view of `values` (n,) whose items are Python floats; a list would take five times the memory."""
     return memoryview(np.ascontiguousarray(values))  # type: ignore[arg-type]
-
-
-def _apply_change(parts: LoopParts, step: Step, index: int, at: Position) -> None:
-    """Apply one change; one per sample, so that a flood of them delays no sample by more."""
-    change = parts.changes.take()
-    if change.name == STOP:
-        refuse_stopped(parts)
-    try:
-        if change.name == SETPOINT:
-            at.setpoint = change.value
-        else:
-            step.change(change.name, change.value)
-    except InputError as error:
-        parts.changes.refused.append((change, str(error)))
-        parts.events.note(index, "refused", name=change.name, value=change.value, message=str(error))
-    else:
-        parts.events.note(index, "change", name=change.name, value=change.value)
 
 
 def refuse_implausible(parts: LoopParts, new: Measurement, previous: Measurement) -> None:

@@ -67,6 +67,18 @@ class Step(Protocol):
         """
         ...
 
+    def follow(
+        self,
+        setpoint: float,
+        upcoming: float,
+        believed: Levels,
+        applied: Levels,
+        sensed: Sequence[float],
+        elapsed_s: float,
+    ) -> None:
+        """Take note of a sample that another step decided; as `step`, but `applied` is what was commanded after it."""
+        ...
+
     def parameters(self) -> Mapping[str, float]:
         """Return the parameters that can be changed while the loop runs, by name."""
         ...
@@ -115,6 +127,20 @@ class ReadableStep:
         """See `Step`."""
         estimate = self._estimator.step(believed, sensed, elapsed_s)
         return self._command(setpoint, upcoming, estimate, levels, elapsed_s)
+
+    def follow(
+        self,
+        setpoint: float,
+        upcoming: float,
+        believed: Levels,
+        applied: Levels,
+        sensed: Sequence[float],
+        elapsed_s: float,
+    ) -> None:
+        """See `Step`."""
+        estimate = self._estimator.step(believed, sensed, elapsed_s)
+        self._controller.step(setpoint, upcoming, estimate, elapsed_s)
+        self._controller.applied(applied)
 
     def parameters(self) -> Mapping[str, float]:
         """See `Step`."""

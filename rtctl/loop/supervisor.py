@@ -85,7 +85,10 @@ def run_loop(parts: LoopParts, plan: LoopPlan, first: Measurement) -> LoopOutcom
                 if at.index + 1 < len(plan.setpoints):
                     sampler = Sampler(parts, plan, step, settled, safe, at)
                     compiled, taken_in = compiled_sampler(sampler)
-                    (compiled or sampler).run()
+                    try:
+                        (compiled or sampler).run()
+                    finally:
+                        step = sampler.step  # another one may have taken over
                 break
             except DriverError as error:
                 fault, message, reading = error.fault, str(error), None

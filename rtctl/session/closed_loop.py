@@ -24,6 +24,7 @@ from rtctl.scenario.further_references import course
 from rtctl.scenario.schema import Scenario
 from rtctl.session.live.change_rules import ChangeRules
 from rtctl.session.live.injected_faults import noted_faults
+from rtctl.session.live.successors import Successors
 from rtctl.session.loop_setup import (
     ControlChain,
     build_parts,
@@ -78,6 +79,8 @@ def track(
     if changes is not None:
         rules = ChangeRules(scenario, model, chain.controller, plant.output_range(scenario, model))
         changes.judge, changes.parameters = rules.judge, lambda: rules.current
+        if folder is not None and scenario.reference is not None:
+            changes.prepare = rules.follows(Successors(folder.path, scenario, chain.limits, setpoints))
     parts = build_parts(scenario, driver, chain, recording, stop_requested, changes)
     try:
         with noted_faults(driver, recording):

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +18,17 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import DriverError, InputError
 from rtctl.loop.events import Event, read_events
+from rtctl.loop.live_parameters import MODEL as MODEL_CHANGE
 from rtctl.loop.live_parameters import SETPOINT
 from rtctl.loop.step import Levels, Step, upcoming_setpoints
+from rtctl.loop.successor import Successor
 from rtctl.plant_control.lookup import support_of
 from rtctl.scenario.schema import Scenario, checked_scenario
 from rtctl.session.closed_loop import planned_step
 from rtctl.session.live.injected_faults import INJECTED
+from rtctl.session.live.successors import made_step, model_name, past_rows, started
 from rtctl.session.run_folder import EVENTS, MODEL, is_interrupted, rows_left_by, scenario_tables
+from rtctl.wiring import build_limits
 
 ESTIMATE_COLUMNS = 4
 """Columns of an estimate: value, surrogate, standard error, status."""
@@ -60,6 +64,8 @@ class Recorded:
     model: Any
     signals: Mapping[str, FloatArray]
     events: tuple[Event, ...]
+    further_models: Mapping[int, Any] = field(default_factory=dict)
+    """Models that took over while it lasted, by their numbers; 0: the first one again."""
 
 
 def read_run(folder: Path) -> Recorded:
@@ -74,12 +80,16 @@ def read_run(folder: Path) -> Recorded:
     model_file = folder / MODEL
     if not model_file.is_file():
         raise InputError(f"{model_file}: missing; a replay needs the model that the run used")
-    model = support_of(scenario.scenario.plant).read_model(model_file)
+    support = support_of(scenario.scenario.plant)
+    model = support.read_model(model_file)
+    events = tuple(event for event in read_events(folder / EVENTS) if event.kind not in BESIDE)
+    numbers = {int(event.values["number"]) for event in events if event.kind == MODEL_CHANGE}
     return Recorded(
         scenario=scenario,
         model=model,
         signals=signals,
-        events=tuple(event for event in read_events(folder / EVENTS) if event.kind not in BESIDE),
+        events=events,
+        further_models={number: support.read_model(folder / model_name(number)) for number in numbers},
     )
 
 
@@ -136,6 +146,9 @@ def _rows(run: Recorded, step: Step, setpoints: FloatArray) -> Iterable[tuple[fl
                 chosen = None if value != value else value
             elif event.kind == "change":
                 step.change(event.values["name"], event.values["value"])
+            elif event.kind == MODEL_CHANGE:
+                successor = _succeeding(run, event, setpoints, levels)
+                step, upcoming = successor.step, successor.upcoming.tolist()
         if not levels:
             raise InputError(f"{EVENTS} does not say where the run started before sample {index}")
         setpoint, aimed = (plan[index], upcoming[index]) if chosen is None else (chosen, chosen)
@@ -151,6 +164,24 @@ def _rows(run: Recorded, step: Step, setpoints: FloatArray) -> Iterable[tuple[fl
             ) from None
         yield (setpoint, *estimate, *commanded, *terms)
         previous = index
+
+
+def _succeeding(run: Recorded, event: Event, setpoints: FloatArray, levels: Levels) -> Successor:
+    """Return what took over before sample `event.step`, after it has followed the recorded rows as it did then."""
+    number, since = int(event.values["number"]), int(event.values["since"])
+    if number not in run.further_models:
+        raise InputError(f"{model_name(number)}: missing, which took over before sample {event.step}")
+    scenario = run.scenario
+    step, _, _ = made_step(scenario, run.further_models[number], build_limits(scenario, run.model))
+    successor = Successor(number, step, setpoints, scenario.scenario.period_s, scenario.reading_delay)
+    index = run.signals["index"]
+    within = slice(int(np.searchsorted(index, since)), int(np.searchsorted(index, event.step)))
+    rows = past_rows({name: column[within] for name, column in run.signals.items()}, scenario)
+    start = [one for one in run.events if one.kind == "start" and one.step <= since][-1]
+    started(successor, since, start.values, start.step, rows)
+    successor.follow(rows)
+    successor.take_over(levels)
+    return successor
 
 
 def _compared(signals: Mapping[str, FloatArray], replayed: Mapping[str, FloatArray]) -> Replay:

@@ -11,6 +11,7 @@ from rtctl.loop.events import Event, read_events
 from rtctl.output.readable_units import printed_unit
 from rtctl.scenario.schema import Scenario
 from rtctl.session.live.injected_faults import INJECTED
+from rtctl.session.live.successors import model_name
 from rtctl.session.run_files import marks_of
 from rtctl.session.run_folder import EVENTS
 
@@ -67,6 +68,8 @@ class EventLog:
             return f"{event.values.get('fault', '')}: {event.values.get('message', '')}"
         if event.kind == "change":
             return str(event.values.get("message", event.values.get("name", "")))
+        if event.kind == "model":
+            return f"estimator and tuning of {model_name(int(event.values['number']))} took over"
         if event.kind == "doubt":
             done = event.values.get("done", "")
             return f"{event.values.get('kind', '')}: {event.values.get('message', '')}{'; ' if done else ''}{done}"

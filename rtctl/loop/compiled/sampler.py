@@ -20,6 +20,7 @@ from rtctl.loop.compiled.block import SIGNALS, TIMINGS, run_block
 from rtctl.loop.compiled.state import GUARD_FIELDS, LOOP, NOTHING, PI, BlockExit
 from rtctl.loop.compiled.step import CompiledStep
 from rtctl.loop.sampler import Sampler, refuse_interrupted
+from rtctl.loop.step import Step
 from rtctl.recording.mapped import MappedRecorder
 from rtctl.recording.rows import Recorder
 from rtctl.timing.clock import MonotonicClock, SimulatedClock, TrackedSpin
@@ -55,7 +56,7 @@ class CompiledSampler:
         self._loop = np.zeros(1, dtype=LOOP)
         self._scratch = np.zeros(2, dtype=np.int64)
         self._setpoints = np.ascontiguousarray(sampler.setpoints, dtype=np.float64)
-        self._upcoming = np.ascontiguousarray(sampler.upcoming, dtype=np.float64)
+        self._step: Step | None = None
         self._most_rows, self._find_exchange = MOST_ROWS, find_exchange
         self._decision: tuple[FloatArray, FloatArray, FloatArray] = (np.empty(0), np.empty(0), np.empty(0))
         self._set_rules()
@@ -68,6 +69,12 @@ class CompiledSampler:
         self._parts.clock.start(sampler.period_s)
         self._lend_clock()
         while at.index < sampler.last:
+            if sampler.step is not self._step:
+                self._take_step()
+            if not self._decides:
+                if not sampler.take():
+                    return
+                continue
             self._lend()
             self._exchange.lend()
             exit_reason, row = self._run_block()
@@ -144,8 +151,16 @@ class CompiledSampler:
         s["decides"] = NOTHING
         if parts.guard is not None:
             s["guarded"], s["rate"] = 1, parts.guard.rules.rates[0]
-        if isinstance(sampler.step, CompiledStep):
-            *arrays, fit_error = sampler.step.kernel_arguments()
+        self._take_step()
+
+    def _take_step(self) -> None:
+        """Let blocks decide by the sampler's step; one that took over and is not compiled decides in Python."""
+        step, s = self._sampler.step, self._loop[0]
+        self._decides = self._step is None or isinstance(step, CompiledStep)
+        self._step = step
+        self._upcoming = np.ascontiguousarray(self._sampler.upcoming, dtype=np.float64)
+        if isinstance(step, CompiledStep):
+            *arrays, fit_error = step.kernel_arguments()
             self._decision = (arrays[0], arrays[1], arrays[2])
             s["decides"], s["fit_error"] = PI, fit_error
 

@@ -143,6 +143,19 @@ class CompiledStep:
         estimate = self._estimator.estimate_of(value, surrogate, error, status)
         return Decision(estimate, (allowed,), CommandTerms(*terms))
 
+    def follow(
+        self,
+        setpoint: float,
+        upcoming: float,
+        believed: Levels,
+        applied: Levels,
+        sensed: Sequence[float],
+        elapsed_s: float,
+    ) -> None:
+        """Follow by the parts, which share their memories with the compiled call; see `Step`."""
+        self._readable.follow(setpoint, upcoming, believed, applied, sensed, elapsed_s)
+        self._take_over()
+
     def kernel_arguments(self) -> tuple[FloatArray, FloatArray, FloatArray, float]:
         """Return the memories that `observer_pi_step` advances, and the standard error of the model's fit [um]."""
         return self._memory, self._control, self._forward, self._estimator.fit_error

@@ -14,6 +14,7 @@ from rtctl.loop.compiled.sampler import CompiledSampler, compiled_block
 from rtctl.loop.compiled.state import MOST_DELAY
 from rtctl.loop.compiled.step import CompiledStep
 from rtctl.loop.sampler import LoopParts, Sampler
+from rtctl.loop.step import Step
 from rtctl.recording.mapped import MappedRecorder
 from rtctl.recording.rows import Recorder
 from rtctl.safety.guards import GUARD, changes_too_fast, follows, mean_square_after
@@ -34,7 +35,7 @@ BLOCKS = "compiled blocks, without the interpreter's lock"
 
 def compiled_sampler(sampler: Sampler) -> tuple[CompiledSampler | None, str]:
     """Return a sampler in compiled blocks, or None; and how the samples are taken, in words."""
-    reason = why_not(sampler.parts, sampler.plan.reading_delay)
+    reason = why_not(sampler.parts, sampler.plan.reading_delay, sampler.step)
     driver = sampler.parts.driver
     exchange = None if reason else compiled_exchange(driver)
     if exchange is None:
@@ -72,13 +73,13 @@ def has_one_of_each(profile: DeviceProfile) -> bool:
     return len(profile.commands) == 1 and len(profile.sensed) == 1
 
 
-def why_not(parts: LoopParts, delay: int) -> str:
+def why_not(parts: LoopParts, delay: int, step: Step | None) -> str:
     """Return why samples cannot be taken in compiled blocks, apart from the driver; "": they can."""
     checks = (
         (parts.compiled, "clock.unlocked is false"),
         (AVAILABLE, "this machine's system calls are not those that are compiled"),
         (has_one_of_each(parts.driver.profile), "compiled blocks know one command and one reading"),
-        (_decides_compiled(parts), "estimator and controller are not one compiled step"),
+        (_decides_compiled(parts, step), "estimator and controller are not one compiled step"),
         (not parts.limits[0].stop, "limits.stop is judged in Python"),
         (delay <= MOST_DELAY, f"a reading is {delay} periods old, compiled blocks know {MOST_DELAY}"),
         (_known_clock(parts.clock), "the clock is another one"),
@@ -87,9 +88,9 @@ def why_not(parts: LoopParts, delay: int) -> str:
     return next((reason for fits, reason in checks if not fits), "")
 
 
-def _decides_compiled(parts: LoopParts) -> bool:
+def _decides_compiled(parts: LoopParts, step: Step | None) -> bool:
     """Return whether the observer and a PI decide in one call, or levels are played without an estimate."""
-    if type(parts.step) is CompiledStep:
+    if type(step) is CompiledStep:
         return True
     plays = type(parts.estimator) is NoEstimator and type(parts.controller) is PlaybackController
     return parts.step is None and plays

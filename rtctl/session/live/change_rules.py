@@ -7,7 +7,7 @@ be unstable are refused; gains with less than the margins of `[controller]` are 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from pydantic import BaseModel
@@ -16,9 +16,11 @@ from rtctl.border.errors import InputError
 from rtctl.interfaces import Controller
 from rtctl.loop.live_parameters import SETPOINT
 from rtctl.loop.step import parameters_of
+from rtctl.loop.successor import Successor
 from rtctl.models.span import Span
 from rtctl.output.readable_units import readable
 from rtctl.scenario.schema import Scenario
+from rtctl.session.live.successors import Successors
 from rtctl.wiring import build_control
 
 CONTROLLER = "controller."
@@ -54,6 +56,17 @@ class ChangeRules:
         said = self._judge_gains({**self.current, name: value}) if name in self.current else ""
         self.current[name] = value
         return said
+
+    def follows(self, successors: Successors) -> Callable[[int], tuple[Successor, str]]:
+        """Return how another model is prepared, whose gains are those in force from then on."""
+
+        def prepare(number: int) -> tuple[Successor, str]:
+            prepared, said = successors.prepare(number)
+            if successors.made is not None:
+                self._model, self.current = successors.made[0], dict(parameters_of(successors.made[1]))
+            return prepared, said
+
+        return prepare
 
     def _judge_setpoint(self, value: float) -> None:
         if self._scenario.reference is None or math.isnan(value):

@@ -3,8 +3,9 @@
 A helper thread waits on the socket, so the loop never does. A change is JSON, {"name": "setpoint", "value": 30.0}; the
 answer, if the sender's socket has a name, is "ok" or what is wrong. With "report": true an "ok" is followed by a line
 of JSON: {"before": the parameter's value, "remark": what to know of the change}. {"name": "stop"} ends the run at its
-safe levels; {"name": "parameters"} is answered by a line of JSON with their values. The loop notes what it does among
-the run's events.
+safe levels; {"name": "parameters"} is answered by a line of JSON with their values; {"name": "model", "value": 1} lets
+the model `retuned-1.toml` take over, and is answered once that is prepared, seconds later, in a thread of its own. The
+loop notes what it does among the run's events.
 """
 
 from __future__ import annotations
@@ -23,7 +24,14 @@ from typing import Any, NamedTuple
 from rtctl.border.errors import InputError, RunError, nearest
 from rtctl.border.mechanisms import plain_unit
 from rtctl.border.units.quantities import parse_quantity
-from rtctl.loop.live_parameters import SETPOINT, STOP, Change, ParameterChannel, units_of_parameters
+from rtctl.loop.live_parameters import (
+    MODEL,
+    SETPOINT,
+    STOP,
+    Change,
+    ParameterChannel,
+    units_of_parameters,
+)
 from rtctl.output.readable_units import readable
 from rtctl.recording.layout import read_header
 from rtctl.recording.tail import Tail
@@ -36,6 +44,8 @@ LARGEST_DATAGRAM = 1 << 16
 ANSWER_WITHIN_S = 2.0
 COMPILED_WITHIN_S = 60.0
 """The same of a served device, which may have to compile another equation first [s]."""
+PREPARED_WITHIN_S = 120.0
+"""The same of another model, which has to be compiled and to follow the run first [s]."""
 PARAMETERS = "parameters"
 """Name of the question for the values of all parameters; and key of a recording's metadata for their units as JSON,
 where it is the account of a served device and not a run of a scenario."""
@@ -169,6 +179,12 @@ def stop(folder: Path) -> None:
     _asked(folder, {"name": STOP})
 
 
+def change_model(folder: Path, number: int) -> str:
+    """Let another model of the run in `folder` take over; return how its controller was tuned. Raises as `send`."""
+    known = _asked(folder, {"name": MODEL, "value": number, "report": True}, PREPARED_WITHIN_S)
+    return str(known.get("remark", ""))
+
+
 def parameters(folder: Path) -> dict[str, float]:
     """Return the values of the controller's parameters of the run in `folder`, each in its unit. Raises as `send`."""
     return {str(name): float(value) for name, value in _asked(folder, {"name": PARAMETERS}).items()}
@@ -240,10 +256,26 @@ def _listen(server: socket.socket, changes: ParameterChannel) -> None:
             return
         if not datagram:
             return  # shut down
-        answer = _offer(datagram, changes)
-        if sender:
-            with suppress(OSError):
-                server.sendto(answer.encode(), sender)
+        if _wanted(datagram) == MODEL:  # takes seconds: a stop must not wait for it
+            threading.Thread(
+                target=_answer, args=(server, datagram, sender, changes), name="model", daemon=True
+            ).start()
+        else:
+            _answer(server, datagram, sender, changes)
+
+
+def _answer(server: socket.socket, datagram: bytes, sender: str, changes: ParameterChannel) -> None:
+    answer = _offer(datagram, changes)
+    if sender:
+        with suppress(OSError):
+            server.sendto(answer.encode(), sender)
+
+
+def _wanted(datagram: bytes) -> str:
+    """Return the name of the change that a datagram asks for, "" where it is none."""
+    with suppress(ValueError, AttributeError):
+        return str(json.loads(datagram).get("name", ""))
+    return ""
 
 
 def _offer(datagram: bytes, changes: ParameterChannel) -> str:
@@ -260,7 +292,7 @@ def _offer(datagram: bytes, changes: ParameterChannel) -> str:
         return 'a change is {"name": ..., "value": ...}'
     known = {"before": before} if (before := changes.parameters().get(name)) is not None else {}
     try:
-        remark = changes.offer(name, value)
+        remark = changes.offer_model(int(value)) if name == MODEL else changes.offer(name, value)
     except InputError as error:
         return str(error)
     return f"ok\n{json.dumps(known | {'remark': remark})}" if report else "ok"

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
 from rtctl.export.c.laws.law import Law, aligned_dtype, nth
-from rtctl.loop.live_parameters import SETPOINT
+from rtctl.loop.live_parameters import MODEL, SETPOINT
 from rtctl.loop.step import upcoming_setpoints
 from rtctl.scenario.schema import Scenario
 from rtctl.session.replay import Recorded
@@ -56,9 +56,10 @@ def inputs_of(
                 previous = event.step - 1
             elif event.kind == "change" and event.values["name"] == SETPOINT:
                 chosen = event.values["value"]
-            elif event.kind == "change":
+            elif event.kind in ("change", MODEL):
+                changed = event.values.get("name", "the model")
                 raise InputError(
-                    f"sample {event.step}: {event.values['name']} was changed while the run lasted; the exported loop "
+                    f"sample {event.step}: {changed} was changed while the run lasted; the exported loop "
                     "has the gains of its scenario"
                 )
         setpoint, aimed = (setpoints[at], upcoming[at]) if chosen != chosen else (chosen, chosen)

@@ -10,7 +10,7 @@ const DENSE = 4; // points a pixel from which no line is wider than one pixel: w
 const ERROR_ROLES = new Set(["error", "sensing_error"]);
 const USUAL = 0.98; // share of the errors that decide about an axis of errors
 const BEYOND = 3; // times these errors that the axis reaches
-const MARKED = new Set(["change", "refused", "fault", "rearmed", "injected"]);
+const MARKED = new Set(["change", "refused", "fault", "rearmed", "injected", "model"]);
 
 export class Charts {
   /**
