@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple, Protocol
 
 from rtctl.border.arrays import FloatArray
@@ -59,6 +60,8 @@ class Named(NamedTuple):
     unit: str
     cost: float
     """What is left of the rows' residuals over what is left before the change: 1 is as good as before."""
+    shape: float = math.nan
+    """A further number of a cause that has one, in SI units: the time constant of a second part of the heat."""
 
 
 class Belief(Protocol):

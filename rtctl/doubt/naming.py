@@ -32,6 +32,8 @@ class Answer(NamedTuple):
     probability: float
     removes: float
     """Part of the error since the change that it removes."""
+    shape: float = math.nan
+    """See `Named`."""
 
 
 def answer_of(found: Sequence[Named]) -> tuple[Answer, ...]:
@@ -44,7 +46,13 @@ def answer_of(found: Sequence[Named]) -> tuple[Answer, ...]:
     weights = [math.exp(-0.5 * INDEPENDENT * (one.cost - least) / max(least, 1.0)) for one in good]
     told = [
         Answer(
-            one.id, one.statement, one.size, one.unit, weight / sum(weights), 1.0 - one.cost / nothing.cost
+            one.id,
+            one.statement,
+            one.size,
+            one.unit,
+            weight / sum(weights),
+            1.0 - one.cost / nothing.cost,
+            one.shape,
         )
         for one, weight in zip(good, weights, strict=True)
     ]

@@ -29,6 +29,8 @@ REFINED = 30.0
 LEAST_ROWS, LEAST_SHARE = 500, 0.1
 """Rows before the change from which a difference of the room is taken; of the error before it, what may be left."""
 PROBE_MA2 = 0.1
+UNCERTAIN_S = 1.0
+"""How late after its onset a change may really have begun [s]: a window of the watch."""
 SECOND_TIMES = (3.0, 6.0, 12.0)
 """Time constants of a second part over the first that are tried."""
 
@@ -85,6 +87,9 @@ class Trial:
         self.log_read = np.log(np.where(rows.sensed > 0.0, rows.sensed, np.nan))
         time_s = np.cumsum(rows.elapsed_s)
         self.since_s: FloatArray = np.maximum(time_s - time_s[onset], 0.0)
+        uncertain = round(UNCERTAIN_S / float(np.median(rows.elapsed_s)))
+        self.judged = onset + min(uncertain, (len(rows.levels) - onset) // 3)
+        """First row that counts: the onset is known to a window, in which a step that is right may not have begun."""
         self.after: FloatArray = (np.arange(len(rows.levels)) >= onset).astype(np.float64)
         self.heat = 0.0
         self._warmth, self._aged = taken.courses(rows)
@@ -117,7 +122,7 @@ class Trial:
 
     def cost(self, found: FloatArray, read: FloatArray | None = None) -> float:
         """Return the cost of a run; `read` (n,) is added to its ln R."""
-        k = self.onset
+        k = self.judged
         off = self.log_read[k:] - found[0, k:] - (0.0 if read is None else read[k:])
         cost = float(np.nanmean(off * off)) / self.before[0]
         bent = self.rows.reference[k:] - found[1, k:]
@@ -136,6 +141,8 @@ class Cause(NamedTuple):
     sizes: tuple[float, ...]
     """Sizes that are tried first, in order; the best one is refined between its neighbours."""
     cost: Callable[[Trial, float], float]
+    shape: float = math.nan
+    """See `Named`."""
 
     def tells(self, size: float) -> str:
         """Return the sentence for a size."""
@@ -170,7 +177,7 @@ def _refined(trial: Trial, cause: Cause, costs: list[float]) -> Named:
             if (found := cause.cost(trial, trial_size)) < least:
                 size, least = trial_size, found
         low, high = size - 0.5 * GOLDEN * (high - low), size + 0.5 * GOLDEN * (high - low)
-    return Named(cause.id, cause.tells(size), size, cause.unit, least)
+    return Named(cause.id, cause.tells(size), size, cause.unit, least, cause.shape)
 
 
 def _both(*sizes: float) -> tuple[float, ...]:
@@ -230,7 +237,7 @@ def causes_of(own: Vo2Dynamics) -> list[Cause]:
     if balance.share == 0.0:
         found += [
             Cause("thermal.second_time_constant", f"{{percent:.2g}} % of the heat follows in {1e3 * n * tau_s:.2g} ms",
-                  "", (-0.2, -0.05, 0.05, 0.15, 0.3, 0.5), second(n))
+                  "", (-0.2, -0.05, 0.05, 0.15, 0.3, 0.5), second(n), n * tau_s)
             for n in SECOND_TIMES
         ]  # fmt: skip
     return found

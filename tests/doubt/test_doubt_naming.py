@@ -1,0 +1,30 @@
+"""A cause is named whose onset is known to a window only."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from vo2_model_cases import small_model
+
+from rtctl.doubt.belief import Rows
+from rtctl.plants.vo2.explaining import Taken, explain
+from rtctl.plants.vo2.path_run import PathRun
+from rtctl.simulations.vo2.loop_dynamics import loop_dynamics
+
+
+@pytest.mark.parametrize("late", [0, 90], ids=["at the onset", "most of a second later"])
+def test_a_loss_of_gain_is_named_and_sized(late: int) -> None:
+    n, onset, period_s = 1200, 600, 0.01
+    model, k = small_model(), np.arange(1200, dtype=np.float64)
+    levels = 6.3 + 1.4 * np.sin(2.0 * np.pi * 0.01 * k) + 0.5 * np.sin(2.0 * np.pi * 0.073 * k)
+    path = PathRun(model, loop_dynamics(model))
+    path.start(3.7)
+    log_read, bent, _ = path.run(levels, np.full(n, period_s), np.zeros(n))
+    noise = 1e-3 * np.random.default_rng(5).standard_normal(n)
+    sensed = np.exp(log_read + noise) * np.where(k < onset + late, 1.0, 0.9)
+    rows = Rows(k, levels, np.full(n, period_s), sensed, np.full(n, np.nan), bent)
+    taken = Taken(loop_dynamics(model), period_s)
+    nothing, best, *_ = explain(model, rows, onset, (1e-4, np.nan), taken)
+    assert best.id == "sensor.gain"
+    assert best.size == pytest.approx(-0.1, abs=0.02)
+    assert best.cost < 0.1 * nothing.cost
