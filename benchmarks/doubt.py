@@ -3,6 +3,8 @@
     python benchmarks/doubt.py unchanged --minutes 5        false alarms in simulated hours, all scenarios of VO2
     python benchmarks/doubt.py changed [--reference]        detected, after how long, named right, simulated devices
     python benchmarks/doubt.py foreign --seeds 901 902      the same on devices of another lab over Modbus TCP
+    python benchmarks/doubt.py retuned [--reference]        each policy while it runs: tracking error before the change,
+                                                            after it, and at the end
 
 Models are identified with noise seed 7001, runs have 7100 and 7300 and more; the watch was built on 501, 9000, 9100
 and, of sizes and seeds 7200, on six cases. Each case is kept in --out and not run again.
@@ -25,7 +27,17 @@ import pyarrow.parquet as pq
 import rtctl
 import rtctl.session.run_files
 from rtctl.cli import main as rtctl_main
-from rtctl.session.doubting import doubt_run
+from rtctl.doubt.policy import OnceActing, Policy
+from rtctl.loop.live_parameters import ParameterChannel
+from rtctl.plant_control.lookup import support_of
+from rtctl.scenario.schema import load_scenario
+from rtctl.session.closed_loop import track
+from rtctl.session.doubting.recorded import doubt_run
+from rtctl.session.doubting.retuning import Retuning
+from rtctl.session.doubting.under_way import LiveWatch
+from rtctl.session.run_files import write_run
+from rtctl.session.run_folder import RunFolder, run_metadata
+from rtctl.wiring import build_driver
 
 ROOT = Path(__file__).resolve().parent.parent
 DEVICES = ("vo2_a", "vo2_b", "vo2_l2p")
@@ -44,6 +56,16 @@ CHANGES = {
     "structure.resonance": 'swing_share = 0.4\nswing_frequency = "80 Hz"\nswing_damping = 0.05',
     "noise": "noise_growth = 6",
 }
+RETUNED = {
+    "actuation.delay": 'delay = "3 ms"',
+    "sensor.lag": 'sensor_lag = "4 ms"',
+    "hysteresis.rate_dependence": 'domain_lag = "4 ms"',
+    "thermal.second_time_constant": 'second_share = 0.35\nsecond_time_constant = "8 ms"',
+    "sensor.gain": "gain_loss = 0.1",
+    "sensor.ageing": 'ageing = "0.006 1/s"',
+}
+"""Larger than those of `CHANGES`: most of them at least double the tracking error."""
+CHANGED_S = 12.0
 FOREIGN = (
     "actuation.delay",
     "thermal.second_time_constant",
@@ -58,15 +80,18 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("part", choices=["unchanged", "changed", "foreign"])
+    parser.add_argument("part", choices=["unchanged", "changed", "foreign", "retuned"])
     parser.add_argument("--minutes", type=float, default=5.0)
     parser.add_argument("--seeds", type=int, nargs="+", default=[901, 902])
     parser.add_argument("--reference", action="store_true", help="use the reference instrument as well")
     parser.add_argument("--devices", nargs="+", default=list(DEVICES))
+    parser.add_argument("--changes", nargs="+", default=list(RETUNED), help="of part retuned")
+    parser.add_argument("--policies", nargs="+", default=["warn", "derate", "retune"], help="of part retuned")
     parser.add_argument("--out", type=Path, default=Path("out/doubt"))
     args = parser.parse_args()
     rtctl.session.run_files.draw_run = lambda *nothing: None  # a picture a run is not needed here
-    {"unchanged": unchanged, "changed": changed, "foreign": foreign}[args.part](args)
+    parts = {"unchanged": unchanged, "changed": changed, "foreign": foreign, "retuned": retuned}
+    parts[args.part](args)
 
 
 def model_of(device: str, out: Path) -> Path:
@@ -120,18 +145,109 @@ def changed(args: argparse.Namespace) -> None:
             scenario = SCENARIOS[(number + 2 * k) % len(SCENARIOS)]
             at_s = 16.0 + (7 * number + 3 * k) % 9
             folder = args.out / f"changed-{k}-{change}"
-            folder.mkdir(parents=True, exist_ok=True)
-            text = (ROOT / "plant_sim" / "vo2" / "devices" / f"{device}.toml").read_text(encoding="utf-8")
-            file = folder / "device.toml"
-            file.write_text(f'{text}\n[[changes]]\nat = "{at_s} s"\n{CHANGES[change]}\n', encoding="utf-8")
             settings = [
-                f"driver.device={file}",
+                f"driver.device={changing(folder, device, CHANGES[change], at_s)}",
                 f"driver.seed={7300 + 10 * number + k}",
                 "scenario.duration=40 s",
             ]
             played(folder, scenario, model_of(device, args.out), settings)
             rows.append(judged(f"{device} {scenario}", change, folder, at_s, use_reference=args.reference))
         told(rows)
+
+
+def retuned(args: argparse.Namespace) -> None:
+    """Each policy on the same run: a device that changes once."""
+    rows = []
+    names = list(RETUNED)
+    for k, device in enumerate(args.devices):
+        for change in args.changes:
+            number = names.index(change)
+            for policy in args.policies:
+                folder = (
+                    args.out / f"retuned-{device}-{change}-{policy}{'-reference' if args.reference else ''}"
+                )
+                settings = [
+                    f"driver.device={changing(folder, device, RETUNED[change], CHANGED_S)}",
+                    f"driver.seed={7700 + 10 * number + k}",
+                    "scenario.duration=36 s",
+                ]
+                if not (folder / "summary.json").is_file():
+                    played_with(
+                        folder,
+                        "multisine_1_10hz",
+                        model_of(device, args.out),
+                        settings,
+                        policy,
+                        args.reference,
+                    )
+                row = {"device": device, "change": change, "policy": policy, **errors_of(folder, CHANGED_S)}
+                rows.append(row)
+                print(json.dumps(row), flush=True)
+    for policy in args.policies:
+        ends = [row["end"] for row in rows if row["policy"] == policy]
+        print(
+            f"{policy}: error at the end over before, median {np.median(ends):.2f}, largest {max(ends):.2f}"
+        )
+
+
+def changing(folder: Path, device: str, change: str, at_s: float) -> Path:
+    """The file of a device that changes."""
+    folder.mkdir(parents=True, exist_ok=True)
+    text = (ROOT / "plant_sim" / "vo2" / "devices" / f"{device}.toml").read_text(encoding="utf-8")
+    file = folder / "device.toml"
+    file.write_text(f'{text}\n[[changes]]\nat = "{at_s} s"\n{change}\n', encoding="utf-8")
+    return file
+
+
+# 6 parameters: what a run is
+def played_with(
+    folder: Path, name: str, model_file: Path, settings: list[str], policy: str, use_reference: bool
+) -> None:
+    """A run in lockstep whose watch looks every tenth of a second of it, in the same process: the same every time."""
+    scenario, tables = load_scenario(ROOT / "scenarios" / f"{name}.toml", settings)
+    changes, calls, watches = ParameterChannel(), 0, []
+
+    def act(scenario: Any, model: Any) -> Any:
+        if policy == "retune":
+            return Retuning(folder, scenario, model, changes.offer_model, use_reference=use_reference)
+        return OnceActing(Policy(policy), lambda: changes.parameters(), changes.offer, changes.stop)
+
+    def look() -> bool:
+        nonlocal calls
+        calls += 1
+        if calls % 100 == 0:
+            if not watches:
+                watches.append(LiveWatch(folder, act, lambda *said: None, use_reference=use_reference))
+            watches[0].look()
+        return False
+
+    place = RunFolder(path=folder, metadata=run_metadata(tables), model=model_file)
+    result, outcome = track(
+        scenario,
+        support_of("vo2").read_model(model_file),
+        build_driver(scenario, folder),
+        look,
+        place,
+        changes,
+    )
+    watches[0].tail.close()
+    assert outcome.fault is None or policy == "stop", outcome.message
+    write_run(folder, scenario, tables, result, plot=False)
+
+
+def errors_of(folder: Path, at_s: float) -> dict[str, Any]:
+    """Mean absolute tracking error over what it was before the change: in the first seconds after it, at the end."""
+    table = pq.read_table(folder / "signals.parquet", columns=["index", "setpoint", "deflection"])
+    time_s, setpoint, deflection = (table[name].to_numpy() for name in table.column_names)
+    off, time_s = np.abs(setpoint - deflection), 1e-3 * time_s
+    before = np.nanmean(off[(time_s > 2.0) & (time_s < at_s - 1.0)])
+    events = [json.loads(line) for line in (folder / "events.jsonl").read_text().splitlines()]
+    told = [one for one in events if one["event"] == "doubt" and one["kind"] != "learned"]
+    return {
+        "after": round(float(np.nanmean(off[(time_s > at_s + 1.0) & (time_s < at_s + 4.0)]) / before), 2),
+        "end": round(float(np.nanmean(off[time_s > time_s[-1] - 8.0]) / before), 2),
+        "said": [f"{one['kind']} {one['message']} {one.get('done', '')}"[:220] for one in told],
+    }  # fmt: skip
 
 
 def foreign(args: argparse.Namespace) -> None:

@@ -15,7 +15,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "rtctl export fmu --model model.toml --dataset data/dataset.toml --out model.fmu",
         "rtctl export c --scenario steps --model model.toml --out loop_c",
     ),
-    "doubt": ("rtctl doubt out/steps", "rtctl doubt out/steps --live --policy derate"),
+    "doubt": ("rtctl doubt out/steps", "rtctl doubt out/steps --live --policy retune"),
     "replay": ("rtctl replay out/steps", "rtctl replay out/steps --export loop_c"),
     "recover": ("rtctl recover out/steps", "rtctl recover out/steps --json"),
     "acquire": (
@@ -54,6 +54,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     ),
     "firmware": ("rtctl firmware --out firmware", "rtctl firmware vo2_b --out firmware_b"),
     "list": ("rtctl list", "rtctl list mechanisms"),
+    "sbom": ("rtctl sbom", "rtctl sbom --out rtctl.cdx.json"),
     "completion": (
         "rtctl completion bash >> ~/.bash_completion",
         "rtctl completion fish > ~/.config/fish/completions/rtctl.fish",

@@ -143,6 +143,9 @@ class PlantKind:
     this kind are not diagnosed."""
     belief: Part = None
     """`(model) -> rtctl.doubt.belief.Belief`: the model in free run, by which a run is doubted; None: it is not."""
+    retuned: Part = None
+    """`(model, causes) -> model`: the model with `rtctl.doubt.naming.Answer`s that have begun while it controlled a
+    device; raises InputError where one has no place in the loop. None: a run is not tuned anew while it lasts."""
     device: Part = None
     """Class of a simulated device (`plant_sim.plant.Plant`), called with the options of its `[plant]` table."""
     device_file: Part = None

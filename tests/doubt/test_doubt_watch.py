@@ -14,12 +14,13 @@ import rtctl.session.run_files
 from rtctl.cli import main
 from rtctl.doubt.belief import Direction, Named, Predicted, Rows
 from rtctl.doubt.naming import answer_of
-from rtctl.doubt.policy import Policy, acting
+from rtctl.doubt.policy import OnceActing, Policy
 from rtctl.doubt.reference_windows import LENGTH, ReferenceWindows
 from rtctl.doubt.sequential import ALLOWANCE, MOST, THRESHOLD, CumulativeSum
 from rtctl.doubt.watch import Finding, Watch
 from rtctl.plants.vo2.free_run import Vo2Belief
-from rtctl.session.doubting import doubt_run, note
+from rtctl.session.doubting.recorded import doubt_run
+from rtctl.session.doubting.under_way import note
 
 DEVICE = Path(__file__).resolve().parents[2] / "plant_sim" / "vo2" / "devices" / "vo2_a.toml"
 
@@ -114,9 +115,9 @@ def test_policies_only_take_away_and_only_once() -> None:
     changed: dict[str, float] = {}
 
     def act(policy: Policy) -> list[str]:
-        do = acting(policy, lambda: gains, changed.__setitem__, lambda: ended.append(True))
+        do = OnceActing(policy, lambda: gains, changed.__setitem__, lambda: ended.append(True))
         return [
-            do(Finding(kind, 1, 0, "")) for kind in ("learned", "noise", "instrument", "device", "device")
+            do.act(Finding(kind, 1, 0, "")) for kind in ("learned", "noise", "instrument", "device", "device")
         ]
 
     assert act(Policy.WARN) == [""] * 5

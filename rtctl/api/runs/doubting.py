@@ -10,7 +10,12 @@ from rtctl.border.errors import InputError
 from rtctl.output.interrupt import stop_on_interrupt
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
+    from rtctl.doubt.policy import Policy
     from rtctl.doubt.watch import Finding
+    from rtctl.scenario.schema import Scenario
+    from rtctl.session.doubting.under_way import Acting
 
 
 def doubt(
@@ -27,7 +32,8 @@ def doubt(
     Args:
         run: Folder of a run that has ended or was killed; of one under way if `live`.
         live: Whether to follow a run under way until it ends; findings become events of the run.
-        policy: Of a run under way: "warn", "derate" (half the gains) or "stop".
+        policy: Of a run under way: "warn", "derate" (half the gains), "stop", or "retune" (a model with the cause that
+            was named takes over; kept if the measured error falls, else rolled back).
         reference: Whether the reference instrument is used where it was recorded.
         out: File for the result; None: `doubt.json` in the run's folder.
         say: Hears each finding and what was done about it.
@@ -38,10 +44,10 @@ def doubt(
     Raises:
         InputError: There is no such run, or its kind of plant cannot be doubted.
     """
-    from rtctl.doubt.policy import Policy, acting
+    from rtctl.doubt.policy import Policy
     from rtctl.live_page.recorded.places import is_recording
-    from rtctl.session import doubting
-    from rtctl.session.live import control_socket
+    from rtctl.session.doubting import recorded
+    from rtctl.session.doubting.under_way import doubt_live
 
     folder = path_of("run", run)
     if policy not in tuple(Policy):
@@ -51,20 +57,35 @@ def doubt(
             f'policy = "{policy}" is for a run under way (live); one that has ended cannot be changed'
         )
     if live:
-        act = acting(
-            Policy(policy),
-            lambda: control_socket.parameters(folder),
-            lambda name, value: control_socket.send(folder, name, value),
-            lambda: control_socket.stop(folder),
-        )
+        acting = _acting(Policy(policy), folder, reference)
         with stop_on_interrupt() as stop_requested:
-            found = doubting.doubt_live(
-                folder, act, say, is_recording, stop_requested, use_reference=reference
-            )
+            found = doubt_live(folder, acting, say, is_recording, stop_requested, use_reference=reference)
     else:
-        found = doubting.doubt_run(folder, use_reference=reference)
+        found = recorded.doubt_run(folder, use_reference=reference)
         for finding in found.findings:
             say(finding, "")
-    summary = doubting.summary_of(found)
-    doubting.write_summary(folder / "doubt.json" if out is None else path_of("out", out), summary)
+    summary = recorded.summary_of(found)
+    recorded.write_summary(folder / "doubt.json" if out is None else path_of("out", out), summary)
     return summary
+
+
+def _acting(policy: Policy, folder: Path, reference: bool) -> Callable[[Scenario, Any], Acting]:
+    """Return how a policy acts on the run in a folder, through its control socket."""
+    from rtctl.doubt.policy import OnceActing, Policy
+    from rtctl.session.doubting.retuning import Retuning
+    from rtctl.session.live import control_socket
+
+    if policy is Policy.RETUNE:
+        return lambda scenario, model: Retuning(
+            folder,
+            scenario,
+            model,
+            lambda number: control_socket.change_model(folder, number),
+            use_reference=reference,
+        )
+    return lambda scenario, model: OnceActing(
+        policy,
+        lambda: control_socket.parameters(folder),
+        lambda name, value: control_socket.send(folder, name, value),
+        lambda: control_socket.stop(folder),
+    )

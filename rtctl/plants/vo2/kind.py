@@ -29,6 +29,7 @@ VO2 = PlantKind(
         excitation="acquire_vo2",
     ),
     belief="rtctl.plants.vo2.free_run:Vo2Belief",
+    retuned="rtctl.plants.vo2.retuned:retuned_model",
     diagnosis="rtctl.plants.vo2.diagnosis:SUBJECTS",
     device_file="plant_sim.vo2:load_plant",
     defaults=Defaults(

@@ -14,8 +14,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("run", type=Path, help="folder of an rtctl run, or of one that was killed")
     parser.add_argument("--live", action="store_true", help="follow a run under way until it ends")
     parser.add_argument(
-        "--policy", choices=["warn", "derate", "stop"], default="warn",
-        help="what to do about a change in a run under way: say so, halve the gains, end at the safe levels",
+        "--policy", choices=["warn", "derate", "stop", "retune"], default="warn",
+        help="what to do about a change in a run under way: say so, halve the gains, end at the safe levels, let a "
+        "model with the cause take over on trial",
     )  # fmt: skip
     parser.add_argument(
         "--without-reference", action="store_true", help="use commands and readings alone, as the loop does"

@@ -1,11 +1,9 @@
-"""Doubting a recorded run: rows from its folder, whole or under way, through `rtctl.doubt.watch`."""
+"""Doubting a run that has ended: rows from its folder through `rtctl.doubt.watch`."""
 
 from __future__ import annotations
 
 import json
-import os
-import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,20 +12,13 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
 from rtctl.doubt.belief import Belief, Rows
-from rtctl.doubt.policy import Act
 from rtctl.doubt.watch import Finding, Watch
-from rtctl.loop.events import Event, read_events
+from rtctl.loop.events import Event
 from rtctl.output.atomic_write import replacing
-from rtctl.plant_control.lookup import support_of
-from rtctl.recording.tail import MOST_ROWS, Tail
+from rtctl.recording.tail import MOST_ROWS
 from rtctl.registry import plant_kind
-from rtctl.scenario.schema import Scenario, checked_scenario
+from rtctl.scenario.schema import Scenario
 from rtctl.session.replay import read_run
-from rtctl.session.run_folder import EVENTS, MODEL, SIGNALS, scenario_tables
-
-LOOK_EVERY_S = 0.2
-DOUBT = "doubt"
-"""Kind of the events that are noted."""
 
 
 class Doubted(NamedTuple):
@@ -76,8 +67,8 @@ def belief_of(scenario: Scenario, model: Any) -> Belief:
     return belief
 
 
-class _Fed:
-    """Rows and starts of a run into a watch."""
+class FedWatch:
+    """Feeds rows and starts of a run into a watch."""
 
     def __init__(self, scenario: Scenario, model: Any, *, use_reference: bool) -> None:
         self.reader = RowReader(scenario, use_reference=use_reference)
@@ -113,7 +104,7 @@ class _Fed:
 def doubt_run(folder: Path, *, use_reference: bool = True) -> Doubted:
     """Doubt a run that has ended or was killed. Raises InputError."""
     recorded = read_run(folder)
-    fed = _Fed(recorded.scenario, recorded.model, use_reference=use_reference)
+    fed = FedWatch(recorded.scenario, recorded.model, use_reference=use_reference)
     fed.know(iter(recorded.events))
     signals = recorded.signals
     findings: list[Finding] = []
@@ -124,79 +115,11 @@ def doubt_run(folder: Path, *, use_reference: bool = True) -> Doubted:
     return Doubted(findings, fed.watch, fed.reader.period_s)
 
 
-def doubt_live(
-    folder: Path,
-    act: Act,
-    say: Callable[[Finding, str], None],
-    is_recording: Callable[[Path], bool],
-    stop_requested: Callable[[], bool],
-    *,
-    use_reference: bool = True,
-) -> Doubted:
-    """Doubt a run under way until it ends; note findings among its events.
-
-    Args:
-        folder: the folder into which it records.
-        act: what is done about a finding; returns what was done in words.
-        say: hears each finding, and what was done.
-        is_recording: whether a recording is still being written.
-        stop_requested: whether the watch is to end.
-        use_reference: whether the reference instrument is used.
-
-    Raises:
-        InputError: nothing is being recorded there, or its model or kind of plant cannot be doubted.
-    """
-    path = folder / SIGNALS
-    if not path.is_file() or not is_recording(path):
-        raise InputError(
-            f"{folder}: no run is under way here; rtctl doubt {folder} doubts one that has ended"
-        )
-    tail = Tail(path)
-    try:
-        scenario = checked_scenario(scenario_tables(tail.header.metadata, path), str(path))
-        model = support_of(scenario.scenario.plant).read_model(folder / MODEL)
-        fed = _Fed(scenario, model, use_reference=use_reference)
-        findings: list[Finding] = []
-
-        def heard(finding: Finding) -> None:
-            findings.append(finding)
-            done = act(finding)
-            note(folder, finding, done)
-            say(finding, done)
-
-        read = 0
-        while not stop_requested():
-            lasts = is_recording(path) and not tail.replaced()
-            whole = tail.look()
-            fed.know(read_events(folder / EVENTS))
-            while read < whole:
-                upto = min(whole, read + MOST_ROWS)
-                for finding in fed.feed(tail.read(read, upto)):
-                    heard(finding)
-                read = upto
-            if not lasts:
-                break
-            time.sleep(LOOK_EVERY_S)
-        for finding in fed.watch.finish():
-            heard(finding)
-        return Doubted(findings, fed.watch, fed.reader.period_s)
-    finally:
-        tail.close()
-
-
-def note(folder: Path, finding: Finding, done: str) -> None:
-    """Append a finding to the run's events: one write of one line, which does not mix with those of the loop."""
-    line = {"step": finding.sample, "event": DOUBT, **as_json(finding)} | ({"done": done} if done else {})
-    number = os.open(folder / EVENTS, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o644)
-    try:
-        os.write(number, json.dumps(line).encode() + b"\n")
-    finally:
-        os.close(number)
-
-
 def as_json(finding: Finding) -> dict[str, Any]:
     """Return a finding for `doubt.json` and the events."""
-    causes = [one._asdict() for one in finding.causes]
+    causes = [
+        {name: value for name, value in one._asdict().items() if value == value} for one in finding.causes
+    ]
     return {
         "kind": finding.kind, "sample": finding.sample, "since": finding.since, "message": finding.message,
     } | ({"causes": causes} if causes else {})  # fmt: skip

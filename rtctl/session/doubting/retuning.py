@@ -1,0 +1,242 @@
+"""The policy `retune` of a doubted run: rehearse, take over on trial, keep or roll back.
+
+    named cause -> model with it -> rehearsal on the rows of the window -> margins -> it takes over -> trial -> verdict
+
+With the reference instrument each cause that was told is rehearsed by the loop's own estimator, and the measured
+tracking error decides after the trial. Without one a cause is taken only if it stands alone, and what stands for the
+instrument is the new model's own free run, which no reading corrects. Only one trial is under way at a time.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rtctl.border.arrays import BoolArray, FloatArray
+from rtctl.border.errors import InputError, RunError
+from rtctl.doubt.naming import Answer
+from rtctl.doubt.watch import Finding
+from rtctl.registry import plant_kind
+from rtctl.scenario.schema import Scenario
+from rtctl.session.doubting.recorded import RowReader
+from rtctl.session.live.successors import model_name
+from rtctl.wiring import build_estimator
+
+KEPT_S = 24.0
+"""Rows that are kept for rehearsal and verdict [s]."""
+FORGOTTEN_S = 2.0
+"""Time that an estimator, started in the middle of a run, needs until it is judged [s]."""
+TRANSIENT_S, TRIAL_S = 1.0, 8.0
+"""Time after a take-over that is not judged, and that is [s]: as long as the watch's past."""
+SIZES, REFINEMENTS = (0.7, 1.4), 8
+"""Of a cause's size, what is tried in a rehearsal against the reference, and how often."""
+ALONE = 0.8
+"""Probability from which a cause stands alone, where no reference decides between several."""
+
+
+class Trial(NamedTuple):
+    """A model that has taken over, on trial."""
+
+    number: int
+    begins: int
+    """First sample that is judged."""
+    before: float
+    """Measured error before it took over [the output's unit]."""
+    causes: tuple[Answer, ...]
+    output: Callable[[Mapping[str, FloatArray]], FloatArray]
+    """What stands for the output in rows (n,) [its unit]."""
+
+
+class Retuning:
+    """Acts on findings and looks at the rows of a run under way."""
+
+    def __init__(
+        self,
+        folder: Path,
+        scenario: Scenario,
+        model: Any,
+        change_model: Callable[[int], str],
+        *,
+        use_reference: bool,
+    ) -> None:
+        """Remember a run; `change_model` lets a model of its folder take over. Raises InputError of other kinds."""
+        self._kind = plant_kind(scenario.scenario.plant)
+        if self._kind.retuned is None:
+            raise InputError(
+                f'a "{self._kind.name}" run cannot be tuned anew while it lasts; use derate or stop'
+            )
+        self._folder, self._scenario, self._model = folder, scenario, model
+        self._change, self._use = change_model, use_reference
+        self._period_s = scenario.scenario.period_s
+        self._rows: deque[Mapping[str, FloatArray]] = deque()
+        self._trial: Trial | None = None
+        self._kept: tuple[Answer, ...] = ()
+        self._in_force = self._number = 0
+
+    def see(self, table: Mapping[str, FloatArray]) -> Iterator[Finding]:
+        """Take rows of the recording; yield the verdict on a trial that is over."""
+        self._rows.append({name: np.array(column) for name, column in table.items()})
+        newest = float(table["index"][-1])
+        while newest - self._rows[0]["index"][-1] > KEPT_S / self._period_s:
+            self._rows.popleft()
+        trial = self._trial
+        if trial is not None and newest >= trial.begins + TRIAL_S / self._period_s:
+            self._trial = None
+            yield self._judged(trial, int(newest))
+
+    def act(self, finding: Finding) -> str:
+        """Return what is done about a finding, in words; only causes that were named are acted on."""
+        if finding.kind != "named" or not finding.causes or self._trial is not None:
+            return ""
+        try:
+            return self._try(finding)
+        except (InputError, RunError) as error:
+            return f"retune: not done: {error}"
+
+    def _try(self, finding: Finding) -> str:
+        rows = self._joined()
+        since = rows["index"] >= finding.since
+        causes, model, said = self._rehearsed(finding.causes, rows, since)
+        output = self._output_of(model)
+        recent = rows["index"] >= max(float(finding.since), rows["index"][-1] - TRIAL_S / self._period_s)
+        before = _mean_error(rows, output(rows), recent)
+        self._number += 1
+        path = self._folder / model_name(self._number)
+        assert self._kind.model is not None
+        self._kind.part(self._kind.model.write)(path, model)
+        tuned = self._change(self._number)
+        begins = int(rows["index"][-1]) + round(TRANSIENT_S / self._period_s)
+        self._trial = Trial(self._number, begins, before, causes, output)
+        return f"retune: {path.name} takes over on trial: {said}; {tuned}"
+
+    def _rehearsed(
+        self, told: Sequence[Answer], rows: Mapping[str, FloatArray], since: BoolArray
+    ) -> tuple[tuple[Answer, ...], Any, str]:
+        """Return the causes with the best one, its model, and how it was found. Raises InputError where none is."""
+        if not self._use or not np.isfinite(rows[self._reference][since]).any():
+            best = told[0]
+            if best.probability < ALONE:
+                raise InputError(
+                    f"{' and '.join(one.id for one in told[:2])} explain the readings alike and ask for different "
+                    "loops; only the reference instrument could tell"
+                )
+            causes = (*self._kept, best)
+            return (
+                causes,
+                self._made(causes),
+                f"it removes {100.0 * best.removes:.0f} % of the readings' error",
+            )
+        begin = int(np.argmax(since)) - round(FORGOTTEN_S / self._period_s)
+        rows = {name: column[max(begin, 0) :] for name, column in rows.items()}
+        today = self._sensing_error(self._made(self._kept), rows)
+        found: list[tuple[float, tuple[Answer, ...], Any]] = []
+        refused = ""
+        for one in told:
+            causes = (*self._kept, one)
+            try:
+                model = self._made(causes)
+                found.append((self._sensing_error(model, rows), causes, model))
+            except InputError as error:
+                refused = str(error)
+        if not found:
+            raise InputError(refused)
+        _, causes, _ = min(found, key=lambda one: one[0])
+        least, causes, model = self._refined(causes, rows)
+        unit = self._scenario.profile.reference.unit
+        said = f"in the rehearsal {causes[-1].id} brings the estimate's error from {today:.3g} to {least:.3g} {unit}"
+        if not least < today:
+            raise InputError(f"{said}, which is no gain")
+        return causes, model, said
+
+    def _refined(
+        self, causes: tuple[Answer, ...], rows: Mapping[str, FloatArray]
+    ) -> tuple[float, tuple[Answer, ...], Any]:
+        """Return the rehearsal's error, causes and model with the size of the last cause that senses best."""
+        from scipy.optimize import minimize_scalar
+
+        *kept, cause = causes
+
+        def with_size(times: float) -> tuple[Answer, ...]:
+            return (*kept, cause._replace(size=times * cause.size))
+
+        def error_with(times: float) -> float:
+            try:
+                return self._sensing_error(self._made(with_size(times)), rows)
+            except InputError:
+                return np.inf
+
+        found = minimize_scalar(error_with, bounds=SIZES, method="bounded", options={"maxiter": REFINEMENTS})
+        best = with_size(float(found.x) if found.fun < error_with(1.0) else 1.0)
+        model = self._made(best)
+        return self._sensing_error(model, rows), best, model
+
+    def _judged(self, trial: Trial, sample: int) -> Finding:
+        rows = self._joined()
+        after = _mean_error(rows, trial.output(rows), rows["index"] >= trial.begins)
+        unit = self._scenario.profile.reference.unit
+        measured = f"mean tracking error {trial.before:.3g} -> {after:.3g} {unit}"
+        if not self._measures(rows):
+            measured += " by the new model's free run"
+        if after < trial.before:
+            self._kept, self._in_force = trial.causes, trial.number
+            return Finding("retuned", sample, trial.begins, f"{model_name(trial.number)} is kept: {measured}")
+        try:
+            self._change(self._in_force)
+            done = f"{model_name(self._in_force)} takes over again"
+        except (InputError, RunError) as error:
+            done = f"could not be rolled back: {error}"
+        said = f"{model_name(trial.number)} is not kept: {measured}; {done}"
+        return Finding("rolled_back", sample, trial.begins, said)
+
+    @property
+    def _reference(self) -> str:
+        return self._scenario.profile.reference.name
+
+    def _measures(self, rows: Mapping[str, FloatArray]) -> bool:
+        return self._use and bool(np.isfinite(rows[self._reference]).any())
+
+    def _made(self, causes: Sequence[Answer]) -> Any:
+        return self._kind.part(self._kind.retuned)(self._model, causes)
+
+    def _joined(self) -> dict[str, FloatArray]:
+        return {name: np.concatenate([one[name] for one in self._rows]) for name in self._rows[0]}
+
+    def _output_of(self, model: Any) -> Callable[[Mapping[str, FloatArray]], FloatArray]:
+        """Return what gives the output of rows: the reference, or a model in free run on their commands."""
+
+        def read(rows: Mapping[str, FloatArray]) -> FloatArray:
+            if self._measures(rows):
+                return rows[self._reference]
+            belief = self._kind.part(self._kind.belief)(model)
+            reader = RowReader(self._scenario, use_reference=False)
+            level = float(rows[self._scenario.profile.commands[0].name][0])
+            reader.start(level, int(rows["index"][0]))
+            belief.start(level)
+            found: FloatArray = belief.predict(reader.rows(rows)).output
+            found[: round(FORGOTTEN_S / self._period_s)] = np.nan
+            return found
+
+        return read
+
+    def _sensing_error(self, model: Any, rows: Mapping[str, FloatArray]) -> float:
+        """Return a model's mean error of the estimate against the reference [the output's unit], without its start."""
+        profile, delay = self._scenario.profile, self._scenario.reading_delay
+        estimator = build_estimator(self._scenario, model)
+        sensed = np.stack([rows[channel.name] for channel in profile.sensed], axis=1).tolist()
+        levels = np.stack([rows[channel.name] for channel in profile.commands], axis=1)
+        believed = np.concatenate([np.repeat(levels[:1], delay, axis=0), levels])[: len(levels)].tolist()
+        elapsed_s = (self._period_s * np.diff(rows["index"])).tolist()
+        estimator.start(believed[0], sensed[0])
+        values = [np.nan]
+        for level, reading, time_s in zip(believed[1:], sensed[1:], elapsed_s, strict=True):
+            values.append(estimator.step(level, reading, time_s).value)
+        judged = rows["index"] >= rows["index"][0] + FORGOTTEN_S / self._period_s
+        return float(np.nanmean(np.abs(np.array(values) - rows[self._reference])[judged]))
+
+
+def _mean_error(rows: Mapping[str, FloatArray], output: FloatArray, judged: BoolArray) -> float:
+    return float(np.nanmean(np.abs(rows["setpoint"] - output)[judged]))

@@ -1,0 +1,131 @@
+"""`retune`: the cause that senses best takes over on trial, stays if the measured error falls, else is taken back."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+from vo2_model_cases import small_model
+
+from rtctl.border.arrays import FloatArray
+from rtctl.border.errors import InputError
+from rtctl.doubt.naming import Answer
+from rtctl.doubt.watch import Finding
+from rtctl.models.vo2 import read_model
+from rtctl.plants.vo2.path_run import PathRun
+from rtctl.plants.vo2.retuned import retuned_model
+from rtctl.scenario.schema import load_scenario
+from rtctl.session.doubting.retuning import Retuning
+from rtctl.simulations.vo2.loop_dynamics import loop_dynamics
+
+SCENARIO = Path(__file__).resolve().parents[2] / "scenarios" / "multisine_1_10hz.toml"
+PERIOD_S = 0.01
+LOST = -0.1
+"""Part of the sensor's gain that is lost."""
+
+
+def answer(identity: str, size: float, probability: float = 0.5) -> Answer:
+    return Answer(identity, identity, size, "", probability, 0.9)
+
+
+def rows(seconds: float, tracking_um: float, begin: int = 0) -> dict[str, FloatArray]:
+    """A device that is the small model, but for its sensor; it stays `tracking_um` off its set-point."""
+    index = np.arange(begin, begin + round(seconds / PERIOD_S), dtype=np.float64)
+    current = 6.3 + 1.9 * np.sin(2.0 * np.pi * PERIOD_S * index)
+    path = PathRun(small_model(), loop_dynamics(small_model()))
+    path.start(3.7)
+    log_read, bent, _ = path.run(current, np.full(len(index), PERIOD_S), np.zeros(len(index)))
+    return {
+        "index": index, "setpoint": bent + tracking_um, "estimate": bent, "current": current,
+        "resistance": (1.0 + LOST) * np.exp(log_read), "deflection": bent,
+    }  # fmt: skip
+
+
+class Asked:
+    """A retuning of a run in `folder`, and which models it asked for."""
+
+    def __init__(self, folder: Path, *, use_reference: bool) -> None:
+        scenario, _ = load_scenario(SCENARIO, [f"scenario.period={PERIOD_S} s"])
+        self.models: list[int] = []
+        self.refuses = False
+        self.retuning = Retuning(folder, scenario, small_model(), self._change, use_reference=use_reference)
+
+    def _change(self, number: int) -> str:
+        if self.refuses:
+            raise InputError("the margins are out of reach")
+        self.models.append(number)
+        return "PI"
+
+    def see(self, table: Mapping[str, FloatArray]) -> list[Finding]:
+        return list(self.retuning.see(table))
+
+    def name(self, *causes: Answer) -> str:
+        return self.retuning.act(Finding("named", 1199, 300, "", causes))
+
+
+@pytest.fixture
+def asked(tmp_path: Path) -> Asked:
+    made = Asked(tmp_path, use_reference=True)
+    assert made.see(rows(12.0, 2.0)) == []
+    return made
+
+
+def test_the_cause_that_senses_best_takes_over_and_stays_if_the_error_falls(
+    asked: Asked, tmp_path: Path
+) -> None:
+    said = asked.name(answer("actuation.delay", 2e-3), answer("sensor.gain", 0.8 * LOST))
+    assert asked.models == [1]
+    assert "in the rehearsal sensor.gain brings the estimate's error" in said
+    offset = read_model(tmp_path / "retuned-1.toml").corrections["resistance_offset"].value
+    assert offset == pytest.approx(math.log(1.0 + LOST), abs=0.01), "the size is refined in the rehearsal"
+    assert asked.name(answer("sensor.gain", LOST)) == "", "one trial at a time"
+    assert asked.see(rows(8.0, 0.5, 1200)) == []
+    verdict, = asked.see(rows(2.0, 0.5, 2000))  # fmt: skip
+    assert verdict.kind == "retuned"
+    assert "mean tracking error 2 -> 0.5 um" in verdict.message
+    assert asked.models == [1]
+
+
+def test_a_trial_in_which_the_error_does_not_fall_is_taken_back(asked: Asked) -> None:
+    asked.name(answer("sensor.gain", LOST))
+    verdict, = asked.see(rows(9.5, 2.1, 1200))  # fmt: skip
+    assert verdict.kind == "rolled_back"
+    assert verdict.message.endswith("model.toml takes over again")
+    assert asked.models == [1, 0]
+
+
+def test_what_the_loop_refuses_or_has_no_place_for_changes_nothing(asked: Asked) -> None:
+    assert "no place in estimator and tuning" in asked.name(answer("thermal.ambient_drift", 0.05, 1.0))
+    assert "which is no gain" in asked.name(answer("sensor.lag", 0.02))
+    assert asked.retuning.act(Finding("device", 1199, 300, "")) == ""
+    asked.refuses = True
+    assert asked.name(answer("sensor.gain", LOST)) == "retune: not done: the margins are out of reach"
+    assert asked.models == []
+    assert asked.see(rows(9.5, 2.1, 1200)) == [], "no trial, no verdict"
+
+
+def test_without_the_reference_a_cause_must_stand_alone(tmp_path: Path) -> None:
+    asked = Asked(tmp_path, use_reference=False)
+    asked.see(rows(12.0, 2.0))
+    said = asked.name(answer("actuation.delay", 2e-3), answer("sensor.lag", 2e-3))
+    assert "only the reference instrument could tell" in said
+    assert asked.models == []
+    asked.name(answer("sensor.gain", LOST, 0.95))
+    assert asked.models == [1]
+    verdict, = asked.see(rows(9.5, 0.4, 1200))  # fmt: skip
+    assert verdict.kind == "retuned"
+    assert verdict.message.endswith("by the new model's free run")
+
+
+def test_causes_add_up_in_the_model() -> None:
+    delay, second = answer("actuation.delay", 1e-3), answer("thermal.second_time_constant", 0.3)
+    model = retuned_model(
+        small_model(), [delay, delay, answer("sensor.gain", LOST), second._replace(shape=6e-3)]
+    )
+    assert loop_dynamics(model).delay_s == pytest.approx(2e-3)
+    assert loop_dynamics(model).balance.second_time_constant_s == pytest.approx(6e-3)
+    with pytest.raises(InputError):
+        retuned_model(small_model(), [answer("actuation.delay", -1e-3)])
