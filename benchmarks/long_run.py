@@ -48,13 +48,13 @@ def main() -> None:
     ended.set()
     watcher.join()
     assert run.fault is None, run.message
-    print(f"{run.summary['steps']} steps, {arguments.hours:g} h simulated")
     memory = np.array([megabytes for _, _, megabytes in seen])
     print(f"private memory [MB]: {quarters(memory)} (first and last quarter of the run, median)")
     table = pq.read_table(
         arguments.out / "signals.parquet", columns=["index", "setpoint", "estimate", "deflection"]
     )
     index, setpoint, estimate, deflection = (table[name].to_numpy() for name in table.column_names)
+    print(f"{len(index)} steps, {arguments.hours:g} h simulated")
     late = index * run.scenario.scenario.period_s > START_S
     for name, off in (("tracking", setpoint - deflection), ("self-sensing", estimate - deflection)):
         print(f"{name} error, mean absolute [um]: {quarters(np.abs(off[late]), np.mean)}")
