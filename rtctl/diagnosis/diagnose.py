@@ -11,9 +11,10 @@ from rtctl.border.simulation import Simulation
 from rtctl.border.work import metered
 from rtctl.diagnosis.experiment_design.isolability import compute_isolability
 from rtctl.diagnosis.experiment_design.next_experiment import propose_experiment
+from rtctl.diagnosis.experiment_design.unseen_effects import describe_unseen
 from rtctl.diagnosis.nominal_fit.misfit.allowed_misfit import allow_misfit
 from rtctl.diagnosis.nominal_fit.nominal_fit import NominalFit, fit_nominal
-from rtctl.diagnosis.nominal_fit.parameter_shift import note_large_shifts
+from rtctl.diagnosis.nominal_fit.parameter_shift import note_common_starts, note_large_shifts
 from rtctl.diagnosis.nominal_fit.predictability import cut_unpredictable_tests
 from rtctl.diagnosis.nominal_fit.segmentation import cut_test_strokes
 from rtctl.diagnosis.problem.problem import Problem
@@ -147,11 +148,16 @@ def _answer(
     least_share = problem.thresholds.residual.least_located_share
     where = localize_residual(search.nominal, least_share) if verdict.claim != "adequate" else []
     coordinates = [place.coordinate for place in where]
+    level = significance_level(problem, request.options.false_claim_rate)
+    isolability = compute_isolability(search.nominal, level)
     remarks = remark(verified, search, problem, units, request.options.false_claim_rate, stopped=stopped)
     if verdict.claim == "unexplained":
         remarks += describe_nearest_cause(
             search, holdout, problem.subject.output, problem.thresholds.report, stopped=stopped
         )
+    if verdict.claim == "adequate":
+        remarks += note_common_starts(search.nominal, problem)
+        remarks += describe_unseen(isolability, problem.thresholds.report)
     request.report("the next experiment, and what the answer is worth")
     proposed = None if stopped or not problem.subject.takes_scenarios else propose_experiment(
         choose_rivals(search, verdict, problem.thresholds.verification),
@@ -168,9 +174,9 @@ def _answer(
         verdict=verdict.claim, causes=causes, loop=extended.rehearsal, doubt=doubt,
         gain=gain, helps=verified.helps, where=tuple(where),
         search=search, problem=problem, tests=request.tests, fits=fits, before=before,
-        model=extended.model, units=units, isolability=compute_isolability(search.nominal), next_experiment=proposed,
+        model=extended.model, units=units, isolability=isolability, next_experiment=proposed,
         noise_rms=noise_rms_of(search.chosen, problem.subject.output),
-        level=significance_level(problem, request.options.false_claim_rate),
+        level=level,
         shape=estimate_missing_force(search.nominal, problem, coordinates, units)
         if verdict.leaves_gap and not problem.subject.is_steady else None,
         warnings=(*filter(None, [doubt]), *verdict.notes, *named.notes, *doubt_delays(causes, problem), *remarks),

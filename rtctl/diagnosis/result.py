@@ -224,6 +224,7 @@ class Diagnosis:
             "isolability": {
                 "ids": list(self.isolability.ids),
                 "visible": self.isolability.visible.tolist(),
+                "unseen": self.isolability.unseen.tolist(),
                 "cosine": self.isolability.cosine.tolist(),
             },
         }

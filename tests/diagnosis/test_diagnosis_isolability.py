@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 from diagnosis_cases import FRICTION, PERIOD_S, UNITS, device, measured, noise_drive
+from scipy.stats import norm
 
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.experiment_design.isolability import compute_isolability
@@ -65,13 +66,19 @@ def test_the_cosine_is_the_one_of_the_parts_that_no_nominal_parameter_follows() 
             mine = [d for d in at.directions if d.mechanism == identity]
             whole[1 + k].append(white(mechanism_sensitivities(at.hypothesis, mine, problem, index)[0, 0]))
     basis = np.linalg.qr(np.concatenate(whole[0], axis=1).T)[0]
-    left = []
+    left, visible = [], []
     for parts in whole[1:]:
         trace = np.concatenate(parts)
         left.append(trace - basis @ (basis.T @ trace))
+        visible.append(left[-1] @ left[-1] / (trace @ trace))
     expected = abs(left[0] @ left[1]) / np.linalg.norm(left[0]) / np.linalg.norm(left[1])
     row, column = (found.ids.index(identity) for identity in pair)
     assert found.cosine[row, column] == pytest.approx(expected, abs=0.01)
+    needed = norm.isf(0.5 * 0.01 / len(IDS)) + norm.isf(
+        0.1
+    )  # of the level of each test, seen nine times of ten
+    expected = needed / np.sqrt(at.projected.samples * np.array(visible))
+    assert found.unseen[[row, column]] == pytest.approx(expected, rel=0.01)
 
 
 def test_a_delay_and_a_lag_of_the_drive_are_known_to_be_inseparable_and_friction_is_not() -> None:

@@ -56,6 +56,22 @@ def test_a_direction_is_shared_out_by_what_is_left_of_it_in_each_output() -> Non
     assert found[0, 0] > 0.95
 
 
+def test_what_a_start_follows_of_a_direction_is_told_apart_from_what_moves_nothing() -> None:
+    draw = np.random.default_rng(4)
+    local, directions = draw.standard_normal((2, 1, 300)), draw.standard_normal((3, 1, 300))
+    directions[0], directions[1] = 2.0 * local[0] - local[1], 0.0
+    row = RecordRows(
+        residual=draw.standard_normal((1, 300)), shared=draw.standard_normal((2, 1, 300)),
+        local=local, directions=directions,
+    )  # fmt: skip
+    projected = project([row], [NoiseModel(np.empty(0), 1.0)])
+    flat, basis = directions[2, 0], np.linalg.qr(local[:, 0].T)[0]
+    left = flat - basis @ (basis.T @ flat)
+    assert projected.beyond_own[0] == 0.0
+    assert np.isnan(projected.beyond_own[1])
+    assert projected.beyond_own[2] == pytest.approx(left @ left / (flat @ flat))
+
+
 def test_restricted_likelihood_adds_what_all_unknowns_took_of_the_noise() -> None:
     draw = np.random.default_rng(3)
     rows = [

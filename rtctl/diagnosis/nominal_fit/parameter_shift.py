@@ -1,8 +1,11 @@
-"""Values of the model file that the re-fit changed so much that a person should know."""
+"""Values and starts of the model file that the re-fit changed so much that a person should know."""
 
 from __future__ import annotations
 
 from collections.abc import Collection
+
+import numpy as np
+from scipy.stats import t as student
 
 from rtctl.border.mechanisms import plain_unit
 from rtctl.border.simulation import Simulation
@@ -12,7 +15,12 @@ from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 
 SHIFTED = (
     "the re-fit changed {}: the answer is about the model with these values. Are the units and signs of the data and "
-    "of the model file right?"
+    "of the model file right? If they are, these values may hold an effect that the model lacks: write fixed = true to "
+    "those that you know"
+)
+STARTS = (
+    "all fitted records begin at {}: if the device does begin as the model file says, write fixed = true to these "
+    "states, and what moved their starts shows"
 )
 
 
@@ -50,3 +58,30 @@ def _includes(value: float, low: float, high: float, ratio: float) -> bool:
         return False
     smallest, largest = sorted((low / value, high / value))
     return largest >= 1.0 / ratio and smallest <= ratio
+
+
+def note_common_starts(refitted: TestedHypothesis, problem: Problem) -> list[str]:
+    """Note the states whose fitted starts all records put off the model file's by the same, if the file's could be.
+
+    A constant input of a state that nobody reads is another start of all records. The mean over the records is held
+    against their scatter (Student's t).
+
+    Args:
+        refitted: The re-fitted model.
+        problem: Records that were fitted.
+    """
+    hypothesis, limits = refitted.hypothesis, problem.thresholds.nominal_fit
+    simulation, units = hypothesis.simulation, problem.subject.state_units
+    given = np.array([simulation.starting(one.stimulus, hypothesis.values) for one in problem.records])
+    found = hypothesis.starts[:, : hypothesis.states]
+    told = []
+    for k, name in enumerate(simulation.state):
+        free = [r for r, one in enumerate(problem.records) if name not in one.stimulus.initial]
+        off, least = (found - given)[free, k], limits.common_start_p
+        if name not in units or len(free) < 2 or np.ptp(given[free, k]) > 0.0:
+            continue
+        error = float(off.std(ddof=1)) / np.sqrt(len(free))
+        if abs(off.mean()) > error * float(student.isf(0.5 * least / len(simulation.state), len(free) - 1)):
+            now = f"{found[free, k].mean():.3g} {plain_unit(units[name])}".rstrip()
+            told.append(f"{name} = {now} and not {given[free[0], k]:.3g}")
+    return [STARTS.format(", ".join(told))] if told else []

@@ -253,6 +253,8 @@ class Subject:
     directions of the catalogue span all slow residuals, and what they leave has a hole there."""
     output_units: Mapping[str, str] = field(default_factory=dict)
     """Units of the outputs that `to_comparable` makes, by name."""
+    state_units: Mapping[str, str] = field(default_factory=dict)
+    """Units of the states whose starts no reading tells, by name: the model file has them."""
     coarse_part_units: Mapping[str, str] = field(default_factory=dict)
     """Units of the misfits of coarse parts, by output."""
     coarse_part_readings: Mapping[str, str] = field(default_factory=dict)

@@ -135,5 +135,8 @@ class NominalFitThresholds:
     """Ratio of a re-fitted value to the file's, or its inverse, above which a person should know."""
     shifted_offset_scales: float = 10.0
     """Change of an offset, in units of its scale, above which a person should know."""
+    common_start_p: float = 1e-4
+    """P-value of the mean deviation of the records' starts from the file's, over their scatter, below which it is
+    said: for all states together."""
     min_allowed_misfit: float = 0.0025
     """Smallest allowed RMS misfit over the output's size: read-outs are tables of cells."""

@@ -31,6 +31,9 @@ class ReportThresholds:
     min_headline_share: float = 0.1
     """Fraction of the error along the first coordinate from which a headline names that coordinate."""
 
+    unseen_effect: float = 10.0
+    """RMS change of the outputs over the noise, above which an effect that the fitted parameters take up is mentioned
+    where nothing is seen. Effects that are combinations of parameters are at 1e3 and more, the next ones at 4."""
     explained_error: float = 3.0
     """Error on the test records over the noise above which an answer that nothing is wrong says why both may hold."""
     max_table_rows: int = 8

@@ -86,7 +86,8 @@ def _beyond_start(sensitivity: Sensitivity, simulation: Simulation, record: FitR
     if line is None:
         return None
     weights = 1.0 / np.array([float(np.std(record.measured[name])) or 1.0 for name in sensitivity.outputs])
-    shared, local = ((one * weights[:, None]).reshape(len(one), -1) for one in (line.shared, line.local))
+    samples = weights.size * line.shared.shape[2]  # not -1: there is no start where all states are fixed
+    shared, local = ((one * weights[:, None]).reshape(len(one), samples) for one in (line.shared, line.local))
     if len(local):
         size = np.sqrt(np.sum(local**2, axis=1, keepdims=True))
         basis, strength, _ = np.linalg.svd((local / np.where(size > 0.0, size, 1.0)).T, full_matrices=False)

@@ -100,6 +100,7 @@ def equations_subject(simulation: Any, dataset: Dataset) -> Subject:
         screening_samples=None,
         reads_initial_states=False,
         slow_noise_only_adds=True,
+        state_units={one.name: one.unit for one in system.states},
         takes_scenarios=len(inputs) == 1,
         to_comparable=_to_comparable(outputs[0], inputs[0] if inputs else ""),
         from_comparable=lambda simulation: simulation,

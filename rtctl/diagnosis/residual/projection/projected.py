@@ -23,6 +23,7 @@ class Projected:
     def __init__(
         self,
         gram: FloatArray,
+        whole: FloatArray,
         shared: int,
         samples: int,
         own: int,
@@ -32,6 +33,7 @@ class Projected:
 
         Args:
             gram: (1 + p + k, 1 + p + k) of [residual, shared, directions] beyond each record's own parameters.
+            whole: (1 + p + k,) squares of the same rows before anything is projected out.
             shared: Number p of shared parameters.
             samples: Number of whitened samples of all records and outputs.
             own: Number of own parameters of all records.
@@ -54,6 +56,10 @@ class Projected:
         """(k, p) coefficients of the shared parameters in each direction, both over their scales."""
         self.visible = np.clip(np.diag(left)[1:], 0.0, 1.0)
         """(k,) fraction of each direction's squares that the parameters cannot follow."""
+        squares = np.where(whole > 0.0, whole, np.nan)[1 + shared :]
+        self.beyond_own = np.clip(np.diag(gram)[1 + shared :] / squares, 0.0, 1.0)
+        """(k,) the same of the whole direction and each record's own parameters, such as its start; NaN where a
+        direction moves nothing."""
         self.samples = samples
         """Number of whitened samples."""
         self.rank = shared + own
@@ -115,8 +121,8 @@ def project(
         noise: Noise model of each output.
         thresholds: What is round-off, and which directions are visible.
     """
-    gram, samples, own = _total_gram(rows, noise, thresholds)
-    return Projected(gram, rows[0].shared.shape[0], samples, own, thresholds)
+    gram, whole, samples, own = _total_gram(rows, noise, thresholds)
+    return Projected(gram, whole, rows[0].shared.shape[0], samples, own, thresholds)
 
 
 def share_by_output(
@@ -155,7 +161,7 @@ def unexplained_residual(
         noise: Noise model of each output.
         thresholds: What is round-off.
     """
-    gram, _, _ = _total_gram(rows, noise, thresholds)
+    gram, *_ = _total_gram(rows, noise, thresholds)
     count = len(gram)
     scale = _root_diagonal(gram)
     normal = gram / scale[:, None] / scale
@@ -189,11 +195,12 @@ def solve_least_squares(gram: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 def _total_gram(
     rows: Sequence[RecordRows], noise: Sequence[NoiseModel], thresholds: ResidualThresholds
-) -> tuple[FloatArray, int, int]:
-    """Return the Gram matrix, the samples and the own parameters of all records."""
+) -> tuple[FloatArray, FloatArray, int, int]:
+    """Return the Gram matrix, the whole rows' squares, the samples and the own parameters of all records."""
     parts = [row.gram(noise, thresholds) for row in rows]
-    gram = np.sum([part for part, _, _ in parts], axis=0)
-    return gram, sum(samples for _, samples, _ in parts), sum(own for _, _, own in parts)
+    gram = np.sum([part for part, _, _, _ in parts], axis=0)
+    whole = np.sum([squares for _, squares, _, _ in parts], axis=0)
+    return gram, whole, sum(samples for _, _, samples, _ in parts), sum(own for _, _, _, own in parts)
 
 
 def _root_diagonal(gram: FloatArray) -> FloatArray:

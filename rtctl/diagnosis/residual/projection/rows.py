@@ -61,15 +61,16 @@ class RecordRows:
 
     def gram(
         self, noise: Sequence[NoiseModel], thresholds: ResidualThresholds = DEFAULT_THRESHOLDS
-    ) -> tuple[FloatArray, int, int]:
+    ) -> tuple[FloatArray, FloatArray, int, int]:
         """Return the Gram matrix of `whitened` without building these rows.
 
         Returns:
-            The matrix (1 + p + k, 1 + p + k), the number of samples, and the number of own parameters projected out.
+            The matrix (1 + p + k, 1 + p + k), the squares (1 + p + k,) of the whole rows, the number of samples, and
+            the number of own parameters projected out.
         """
         flat, basis = self._split(noise)
         gram = _gram_beyond(flat, flat @ basis, thresholds.round_off_share)
-        return gram, flat.shape[1], basis.shape[1]
+        return gram, np.einsum("ij,ij->i", flat, flat), flat.shape[1], basis.shape[1]
 
     def split_off_own(
         self, noise: Sequence[NoiseModel], thresholds: ResidualThresholds = DEFAULT_THRESHOLDS
