@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hidden.truth import PLAIN, levels, simulate
+from hidden.truth import MOST_SHOWN, PLAIN, SHOWS, levels, simulate, size_that_shows
 from hidden.unseen import UNSEEN
 
 import rtctl
@@ -27,3 +27,10 @@ def test_the_model_file_moves_as_the_independent_integration_does(name: str, tmp
     made = rtctl.simulate(system.path, data).records["one"].simulated[output]
     assert np.ptp(y) > 0.0
     np.testing.assert_allclose(made, y[:, 0], atol=2e-5 * np.ptp(y))
+
+
+def test_an_effect_that_makes_another_device_beyond_some_size_stays_below_it() -> None:
+    assert size_that_shows(lambda size: 40.0 * size) == pytest.approx(SHOWS / 40.0)
+    broken = size_that_shows(lambda size: 8.0 * size if size < 0.45 else 1200.0)
+    assert 8.0 * broken <= MOST_SHOWN
+    assert 0.4 < broken < 0.45  # shows nothing like 12, and as much as it can

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from scipy.integrate import solve_ivp
 
@@ -15,6 +17,9 @@ FLOOR_SHARE = 0.006
 """Noise over the output's standard deviation."""
 SHOWS = 12.0
 """RMS change of the output by an effect, over the noise, before anything is fitted."""
+MOST_SHOWN = 2.0 * SHOWS
+MOST_SIZES = 12
+"""Sizes that are tried, most."""
 PLAIN = Acting()
 
 
@@ -104,6 +109,30 @@ def scene_of(system: HiddenSystem, u: FloatArray, y: FloatArray, x: FloatArray) 
     )
 
 
+def size_that_shows(shown: Callable[[float], float]) -> float:
+    """Return a size of an effect that shows about `SHOWS` times the noise; where a size shows far more, a smaller one.
+
+    Some effects show little up to a size and beyond it make another device: a bulk modulus that turns negative. There
+    the size lies just below.
+
+    Args:
+        shown: RMS change of the output by an effect of some size, over the noise.
+    """
+    size, tried = 0.1, dict[float, float]()
+    for _ in range(3):
+        tried[size] = shown(size)
+        size = float(np.clip(size * np.clip(SHOWS / max(tried[size], 1e-9), 0.2, 5.0), 1e-4, 0.9))
+    tried[size] = shown(size)
+    while len(tried) < MOST_SIZES and not 0.5 * SHOWS < tried[size] <= MOST_SHOWN:
+        above = min((one for one, by in tried.items() if by > MOST_SHOWN), default=None)
+        if above is None:  # the largest size shows little
+            break
+        below = max((one for one, by in tried.items() if by <= MOST_SHOWN), default=0.1 * above)
+        size = 0.5 * (below + above)
+        tried[size] = shown(size)
+    return size if tried[size] <= MOST_SHOWN else max(one for one, by in tried.items() if by <= MOST_SHOWN)
+
+
 def hidden(
     system: HiddenSystem, make: Make | None, seed: int, samples: int = SAMPLES
 ) -> tuple[FloatArray, FloatArray, float]:
@@ -119,11 +148,11 @@ def hidden(
     size = 0.0
     if make is not None:
         scene = scene_of(system, u, y, x)
-        few = u[:, :1]
-        size = 0.1
-        for _ in range(3):  # towards the size that shows as much as is wanted
-            change, _ = simulate(system, few, p, make(size, scene, system))
-            shown = float(np.sqrt(np.mean((change - y[:, :1]) ** 2))) / noise
-            size = float(np.clip(size * np.clip(SHOWS / max(shown, 1e-9), 0.2, 5.0), 1e-4, 0.9))
+
+        def shown(size: float) -> float:
+            change, _ = simulate(system, u[:, :1], p, make(size, scene, system))
+            return float(np.sqrt(np.mean((change - y[:, :1]) ** 2))) / noise
+
+        size = size_that_shows(shown)
         y, _ = simulate(system, u, p, make(size, scene, system))
     return u, y + noise * random.standard_normal(y.shape), size
