@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import time
+from dataclasses import replace
 from itertools import count
 from pathlib import Path
 
 import numpy as np
-from diagnosis_cases import PERIOD_S, device, friction_case, measured, noise_drive
+from diagnosis_cases import FRICTION, PERIOD_S, device, friction_case, measured, noise_drive
 
 from rtctl.border.simulation import Stimulus
 from rtctl.border.work import metered
@@ -17,8 +18,11 @@ from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.problem.work_budget import WallClockGuard, WorkBudget
+from rtctl.diagnosis.residual.residual_tests import run_residual_tests
+from rtctl.diagnosis.search.candidates import propose_candidates
 from rtctl.diagnosis.search.request import DiagnosisOptions
-from rtctl.diagnosis.thresholds import BudgetThresholds
+from rtctl.diagnosis.search.successive_halving import Candidate, halve_successively
+from rtctl.diagnosis.thresholds import BudgetThresholds, Thresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
 from rtctl.identification.simulation_error.output_error import open_thread_pool
@@ -90,6 +94,41 @@ def test_a_fit_ends_where_it_is_once_it_is_spent() -> None:
     costs = [one.cost for one in left if one is not None]
     assert costs[0] == fit_hypothesis(problem, start, (), iterations=0).cost  # type: ignore[union-attr]
     assert costs[0] > costs[1] > costs[2]
+
+
+def test_the_first_round_leaves_work_to_end_the_fit_of_the_best_set() -> None:
+    drive = noise_drive(1, 6.0)
+    readings = {"displacement": measured(device(FRICTION), drive)}
+    stimulus = Stimulus(inputs={"drive": drive}, holds={"drive": "linear"}, period_s=PERIOD_S)
+    record = FitRecord(name="r", stimulus=stimulus, measured=readings)
+    limits = replace(Thresholds().search, first_iterations=1)  # nothing is fitted to its end by that
+    problem = Problem(
+        subject=subject_of("oscillator"), records=(record,), scales=estimate_scales((record,)),
+        thresholds=replace(Thresholds(), search=limits),
+    )  # fmt: skip
+    nominal = fit_hypothesis(problem, device(), ())
+    assert nominal is not None
+    ids = (
+        "friction.coulomb",
+        "damping.quadratic",
+        "damping.nonlinear",
+        "drive.delay",
+        "drive.lag",
+        "stiffness.drift",
+    )
+    candidates = propose_candidates(run_residual_tests(nominal, problem, ids), limits)
+
+    def start(one: Candidate) -> None:
+        fit_hypothesis(problem, one.simulation, one.mechanisms, one.starts, 1, one.fixed_parameters)
+
+    with metered() as meter:
+        for one in candidates:
+            start(one)
+        first_round = meter.steps
+        ended = halve_successively(problem, candidates, lambda text: None)
+        best = halve_successively(problem, candidates, lambda text: None, WorkBudget.of(first_round))
+    assert ended[0].mechanisms == best[0].mechanisms == ("friction.coulomb",)
+    assert best[0].cost < 1.05 * ended[0].cost
 
 
 def test_without_work_nothing_is_fitted_no_cause_is_claimed_and_the_answer_says_so(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ from rtctl.diagnosis.thresholds import ReportThresholds
 
 UNSEEN = (
     "these data cannot show {}: what such an effect does is what another value does, and the fitted values may hold "
-    "it. fixed = true in the model file, for values and starts that you know, would show it"
+    "it. What you know lets it show: fixed = true in the model file, initial of a record in the manifest"
 )
 
 

@@ -1,6 +1,8 @@
 """Successive halving: few iterations from every start, more for the better half, the best sets to the end.
 
-Where a subject asks for it, the early rounds fit the initial part of the records only (`Problem.glance`).
+The first round leaves work for the others: the best set is worth nothing before its fit has ended, and the starts that
+are left out then are further ones of sets that had one, or those of the weakest mechanisms. Where a subject asks for
+it, the early rounds fit the initial part of the records only (`Problem.glance`).
 """
 
 from __future__ import annotations
@@ -84,7 +86,8 @@ def fit_in_rounds(
     """Return the best fit of each form of each set, as `halve_successively` does."""
     problem = problem.until(budget)
     initial, limits = problem.glance, problem.thresholds.search
-    fits = _fit_starts(initial, candidates, report, budget, whole=initial is problem)
+    starting = budget.further(limits.first_round_share * budget.left)
+    fits = _fit_starts(initial, candidates, report, starting, whole=initial is problem)
     leaders = _fit_second_round(initial, fits, budget)
     field = _sort_by_cost(leaders.values())
     finalists = _select_in_reach(field, limits.finalists, limits)

@@ -112,6 +112,9 @@ class SearchThresholds:
     # Successive halving of the candidates.
     first_iterations: int = 6
     """Levenberg-Marquardt iterations of every start."""
+    first_round_share: float = 0.6
+    """Share of the work that is left which the first round may use. A piezo stack's took all of it, and no fit was
+    ended."""
     second_iterations: int = 12
     """Iterations of the better half."""
     last_iterations: int = 40
