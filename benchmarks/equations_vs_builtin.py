@@ -11,9 +11,12 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
+from ratio import Ratio
 
 from plant_sim.equations.compiled.kernels import march
 from plant_sim.equations.integration.steps import Plan
@@ -70,47 +73,87 @@ def passages(system, nodes) -> int:
     return int(np.count_nonzero((v[:-1] > 0.0) & (v[1:] < 0.0) & (z[1:] > 0.98e-3 * NEAR)))
 
 
-def main() -> None:
-    """Print the tables."""
-    system = system_of(read_equations(MODEL), "oscillator")
-    with tempfile.TemporaryDirectory() as folder:
-        far, near = (with_event(Path(folder), level) for level in (FAR, NEAR))
+class Costs(NamedTuple):
+    """Nanoseconds a step, the least of the rounds."""
+
+    equations: float
+    far: float
+    """With an event that never takes place."""
+    near: float
+    """With a stop that turns the motion back."""
+    built_in: float
+
+
+def ratios(rounds: int) -> list[Ratio]:
+    """The oscillator in equations beside the built-in one."""
+    found = []
+    for lanes in (1, 16):
+        cost = costs(Systems.read(), lanes, 10 * rounds)
+        text = "one lane" if lanes == 1 else f"{lanes} lanes"
+        found.append(
+            Ratio(f"equations, {text}, a step", "built-in oscillator", cost.equations, cost.built_in, "ns")
+        )
+    return found
+
+
+class Systems(NamedTuple):
+    """The oscillator in equations: alone, and with stops."""
+
+    alone: Any
+    far: Any
+    near: Any
+
+    @classmethod
+    def read(cls) -> Systems:
+        """Of the model file."""
+        with tempfile.TemporaryDirectory() as folder:
+            far, near = (with_event(Path(folder), level) for level in (FAR, NEAR))
+        return cls(system_of(read_equations(MODEL), "oscillator"), far, near)
+
+
+def drive() -> np.ndarray:
+    """At the nodes of each step."""
+    return np.random.default_rng(0).standard_normal((STEPS, 3))
+
+
+def costs(systems: Systems, lanes: int, rounds: int) -> Costs:
+    """All four by turns in so many lanes."""
     built_in = bind_rk4(nominal, 0)
     values = [4.0, 8882.6, 6e5, 300.0]
-    nodes = np.random.default_rng(0).standard_normal((STEPS, 3))
+    nodes = drive()
     own = np.ascontiguousarray(nodes.T[:, :, None])
+    p = np.array([[one.value * one.factor] * lanes for one in systems.alone.parameters])
+    rows = np.array([[values[k]] * lanes for k in (3, 0, 1, 2)])
+    out = np.empty((2, STEPS // SUBSTEPS + 1, lanes))
+    with_unit = np.vstack((p, np.full((1, lanes), 1e-3)))
+
+    def marched(system: Any, parameters: np.ndarray) -> Callable[[], Any]:
+        plan = Plan(SUBSTEPS, implicit=False)
+        return lambda: march(system, np.zeros((2, lanes)), own, 1e-4 * SUBSTEPS, plan, parameters)
+
+    def of_built_in() -> None:
+        start = np.zeros(lanes), np.zeros(lanes), np.empty((0, lanes))
+        built_in(*start, nodes, 1e-4, SUBSTEPS, rows, out[0], out[1])
+
+    calls = (
+        marched(systems.alone, p), marched(systems.far, with_unit), marched(systems.near, with_unit), of_built_in
+    )  # fmt: skip
+    times = np.array([[per_step(one) for one in calls] for _ in range(rounds)])[1:].min(axis=0)
+    return Costs(*times.tolist())
+
+
+def main() -> None:
+    """Print the tables."""
+    systems = Systems.read()
     for lanes in (1, 4, 8, 16):
-        p = np.array([[one.value * one.factor] * lanes for one in system.parameters])
-        rows = np.array([[values[k]] * lanes for k in (3, 0, 1, 2)])
-        out = np.empty((2, STEPS // SUBSTEPS + 1, lanes))
-        with_unit = np.vstack((p, np.full((1, lanes), 1e-3)))
-        own_runs = [
-            lambda one=one, p=p if one is system else with_unit, lanes=lanes: march(
-                one, np.zeros((2, lanes)), own, 1e-4 * SUBSTEPS, Plan(SUBSTEPS, implicit=False), p
-            )
-            for one in (system, far, near)
-        ]
-        pair = (
-            *own_runs,
-            lambda rows=rows, out=out, lanes=lanes: built_in(
-                np.zeros(lanes),
-                np.zeros(lanes),
-                np.empty((0, lanes)),
-                nodes,
-                1e-4,
-                SUBSTEPS,
-                rows,
-                out[0],
-                out[1],
-            ),
-        )
-        times = np.array([[per_step(one) for one in pair] for _ in range(ROUNDS)])[1:].min(axis=0)
-        own_ns, far_ns, near_ns, other_ns = times.tolist()
+        cost = costs(systems, lanes, ROUNDS)
         print(
-            f"{lanes:3d} lanes: equations {own_ns:6.1f} ns, built-in {other_ns:6.1f} ns, "
-            f"ratio {own_ns / other_ns:.2f}; an event that is far {far_ns:6.1f} ns, that takes place {near_ns:6.1f} ns"
+            f"{lanes:3d} lanes: equations {cost.equations:6.1f} ns, built-in {cost.built_in:6.1f} ns, "
+            f"ratio {cost.equations / cost.built_in:.2f}; an event that is far {cost.far:6.1f} ns, "
+            f"that takes place {cost.near:6.1f} ns"
         )
-    print(f"the stop turns the motion back in {passages(near, own)} of {STEPS} steps")
+    own = np.ascontiguousarray(drive().T[:, :, None])
+    print(f"the stop turns the motion back in {passages(systems.near, own)} of {STEPS} steps")
     with tempfile.TemporaryDirectory() as folder:
         text = MODEL.read_text(encoding="utf-8").replace(
             "2)*z", f"2)*z + 0*{time.time_ns() % 10**9}*v*damping"

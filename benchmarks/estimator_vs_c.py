@@ -12,13 +12,16 @@ import ctypes
 import subprocess
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from statistics import median
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from ratio import Ratio
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import kernel
@@ -124,10 +127,29 @@ def main() -> None:
     model = identified() if args.model is None else read_model(args.model)
     current, ohm = staircase(SAMPLES)
     against_c(Composite.of(model), ohm, args.rounds)
-    models(model, current, ohm, args.rounds)
+    print("a sample in a compiled loop")
+    for name, cost in medians(models(model, current, ohm), args.rounds, ohm.size).items():
+        print(f"  {name:24s}{cost:6.0f} ns")
     closed_loops(model, min(args.rounds, 7))
 
 
+def ratios(rounds: int) -> list[Ratio]:
+    """The composite beside the same in C; the other models beside that C, too, which is a yardstick for them."""
+    model = identified()
+    current, ohm = staircase(SAMPLES)
+    with beside_c(Composite.of(model), ohm) as (calls, _):
+        cost = medians(calls | models(model, current, ohm), rounds, ohm.size)
+    return [
+        Ratio("composite step", "the same, gcc -O3", cost["numba"], cost["C"], "ns"),
+        *(
+            Ratio(f"{name}, a sample", "composite step, gcc -O3", cost[name], cost["C"], "ns")
+            for name in cost
+            if name not in calls
+        ),
+    ]
+
+
+@cache
 def identified() -> Vo2Model:
     """A model of the bundled device A."""
     scenario, _ = load_scenario(SCENARIOS / "acquire_vo2.toml", [])
@@ -148,8 +170,9 @@ def staircase(samples: int) -> tuple[FloatArray, FloatArray]:
     return current, ohm
 
 
-def against_c(composite: Composite, ohm: FloatArray, rounds: int) -> None:
-    """The composite in a compiled loop, numba and C, on the same readings."""
+@contextmanager
+def beside_c(composite: Composite, ohm: FloatArray) -> Iterator[tuple[dict[str, Callable[[], Any]], float]]:
+    """The composite in a compiled loop, numba and C, on the same readings; and by how much they differ [um]."""
     deflection = np.empty_like(ohm)
     with tempfile.TemporaryDirectory() as folder:
         library = compiled_c(Path(folder))
@@ -175,7 +198,13 @@ def against_c(composite: Composite, ohm: FloatArray, rounds: int) -> None:
             raise SystemExit(
                 f"numba and C differ by {worst:.3g} um, more than {SAME:g}: one of them is wrong"
             )
-        found = medians({"numba": ours, "C": in_c, "libm": libm}, rounds, ohm.size)
+        yield {"numba": ours, "C": in_c, "libm": libm}, worst
+
+
+def against_c(composite: Composite, ohm: FloatArray, rounds: int) -> None:
+    """Print what the composite costs, numba and C."""
+    with beside_c(composite, ohm) as (calls, worst):
+        found = medians(calls, rounds, ohm.size)
     print(f"composite step in a compiled loop (reach <= {REACH_NS:.0f} ns; differ by {worst:.1e} um at most)")
     print(f"  numba {found['numba']:6.0f} ns   gcc -O3 {found['C']:6.0f} ns   "
           f"ratio {found['numba'] / found['C']:.2f}   of which tanh and atanh {found['libm']:.0f} ns")  # fmt: skip
@@ -191,14 +220,14 @@ def compiled_c(folder: Path) -> ctypes.CDLL:
     return library
 
 
-def models(model: Vo2Model, current: FloatArray, ohm: FloatArray, rounds: int) -> None:
-    """A sample of each model in its compiled loop."""
+def models(model: Vo2Model, current: FloatArray, ohm: FloatArray) -> dict[str, Callable[[], Any]]:
+    """Each model in its compiled loop."""
     gpi, inverse, free = model.resistance_gpi, GpiInverse.of(model.resistance_gpi), model.resistance_gap_free
     egpi, fine = model.composite_egpi, model.deflection_preisach
     v0, kohm, u = float(current[0]), -1e-3 * ohm, -np.log(ohm)
     observer = ObserverEstimator(model)
     memory = observer._packed(v0)
-    calls: dict[str, Callable[[], Any]] = {
+    return {
         "GPI": lambda: gpi_run(gpi.initial_state(v0), current, gpi.params),
         "inverse GPI": lambda: gpi_inverse_run(inverse.initial_state(v0), kohm, inverse.params),
         "EGPI, own envelopes": lambda: egpi_run(egpi.initial_state(v0), current, egpi.params),
@@ -208,20 +237,17 @@ def models(model: Vo2Model, current: FloatArray, ohm: FloatArray, rounds: int) -
         ),
         "observer": lambda: observer_run(memory.copy(), current, ohm),
     }
-    print("a sample in a compiled loop")
-    for name, cost in medians(calls, rounds, ohm.size).items():
-        print(f"  {name:24s}{cost:6.0f} ns")
 
 
 def medians(calls: dict[str, Callable[[], Any]], rounds: int, samples: int) -> dict[str, float]:
-    """ns a sample, the median of interleaved rounds; a round before them compiles."""
+    """Processor ns a sample, the median of interleaved rounds; a round before them compiles."""
     costs: dict[str, list[float]] = {name: [] for name in calls}
     for turn in range(rounds + 1):
         for name, call in calls.items():
-            begun = time.perf_counter_ns()
+            begun = time.thread_time_ns()
             call()
             if turn:
-                costs[name].append((time.perf_counter_ns() - begun) / samples)
+                costs[name].append((time.thread_time_ns() - begun) / samples)
     return {name: median(values) for name, values in costs.items()}
 
 

@@ -16,10 +16,11 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 from statistics import median
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+from ratio import Ratio
 
 from plant_sim.oscillator.equation.terms import CUBIC, DAMPING, GAIN, STIFFNESS
 from plant_sim.oscillator.mechanism import Driven
@@ -36,6 +37,7 @@ from rtctl.measured.reading import read_dataset
 from rtctl.wiring_models import build_simulation
 
 FloatArray = NDArray[np.float64]
+Name = TypeVar("Name")
 HERE = Path(__file__).resolve().parent
 LANES = 32
 SAMPLES, SUBSTEPS = 20_000, 8
@@ -86,9 +88,9 @@ def values_of(simulation: OscillatorSimulation) -> FloatArray:
     return np.array([parameter.value for parameter in simulation.parameters])
 
 
-def medians(calls: dict[str, Callable[[], Any]], rounds: int, steps: dict[str, int]) -> dict[str, float]:
+def medians(calls: dict[Name, Callable[[], Any]], rounds: int, steps: dict[Name, int]) -> dict[Name, float]:
     """Processor ns a step and lane, the median of interleaved rounds; a round before them compiles."""
-    costs: dict[str, list[float]] = {name: [] for name in calls}
+    costs: dict[Name, list[float]] = {name: [] for name in calls}
     for turn in range(rounds + 1):
         for name, call in calls.items():
             begun = time.thread_time_ns()
@@ -144,8 +146,27 @@ class Case:
         return worst
 
 
-def against_c(rounds: int) -> None:
-    """One trajectory and many lanes, numba and C on the same drive."""
+def ratios(rounds: int) -> list[Ratio]:
+    """Marching beside C, whole predictions with each mechanism beside the nominal model's."""
+    march, _ = costs_beside_c(rounds)
+    found = [
+        Ratio("driven Duffing, one trajectory, a step", "gcc -O3 -march=native", march["one"], march["one C"], "ns"),
+        Ratio(
+            f"driven Duffing, {LANES} lanes, a step and lane", "gcc -O3 -march=native", march["many"],
+            march["many C"], "ns",
+        ),
+    ]  # fmt: skip
+    cost, _ = costs_of_mechanisms(max(3, rounds // 2))
+    for lanes, text in ((1, "one trajectory"), (LANES, f"{LANES} lanes")):
+        found += [
+            Ratio(f"{identity}, {text}", "nominal model", cost[identity, lanes], cost["", lanes], "ns")
+            for identity in MECHANISMS
+        ]
+    return found
+
+
+def costs_beside_c(rounds: int) -> tuple[dict[str, float], float]:
+    """ns a step and lane of one trajectory and many lanes, numba and C on the same drive; and how far they differ."""
     one, many = Case(1), Case(LANES)
     steps = SAMPLES * SUBSTEPS
     with tempfile.TemporaryDirectory() as folder:
@@ -156,6 +177,13 @@ def against_c(rounds: int) -> None:
             "many": many.ours, "many C": lambda: many.in_c(library),
         }  # fmt: skip
         cost = medians(calls, rounds, {name: steps * (LANES if "many" in name else 1) for name in calls})
+    return cost, worst
+
+
+def against_c(rounds: int) -> None:
+    """Print one trajectory and many lanes beside C."""
+    cost, worst = costs_beside_c(rounds)
+    steps = SAMPLES * SUBSTEPS
     print(
         f"driven Duffing, nominal, a step and lane ({steps} steps; numba and C differ by {worst:.0e} at most)"
     )
@@ -208,12 +236,8 @@ class Extended:
             raise SystemExit(f"{self.simulation.mechanisms}: diverged")
 
 
-def every_mechanism(rounds: int) -> None:
-    """Whole predictions, and what of it is marching, against the nominal model's, a step and lane."""
-    print(
-        f"whole predictions of {SAMPLES} samples with one mechanism on, a step and lane, values new each time"
-    )
-    print(f"  {'':28s}{'one trajectory':>24s}{f'{LANES} lanes':>24s}   steps of nominal's")
+def costs_of_mechanisms(rounds: int) -> tuple[dict[tuple[str, int], float], dict[tuple[str, int], int]]:
+    """ns a step and lane of whole predictions, and steps, by mechanism ("": none) and lanes."""
     stimulus = Stimulus(
         inputs={"drive": random_drive(SAMPLES)}, holds={"drive": "linear"}, period_s=PERIOD_S,
         peak={"displacement": 0.3},
@@ -223,19 +247,26 @@ def every_mechanism(rounds: int) -> None:
         for identity in ("", *MECHANISMS)
         for lanes in (1, LANES)
     }
-    calls: dict[str, Callable[[], Any]] = {
-        f"{identity}/{lanes}": case.predict for (identity, lanes), case in cases.items()
-    }
-    steps = {f"{identity}/{lanes}": case.steps * lanes for (identity, lanes), case in cases.items()}
-    cost = medians(calls, rounds, steps)
+    calls = {key: case.predict for key, case in cases.items()}
+    cost = medians(calls, rounds, {key: case.steps * key[1] for key, case in cases.items()})
+    return cost, {key: case.steps for key, case in cases.items()}
+
+
+def every_mechanism(rounds: int) -> None:
+    """Print whole predictions against the nominal model's, a step and lane."""
+    print(
+        f"whole predictions of {SAMPLES} samples with one mechanism on, a step and lane, values new each time"
+    )
+    print(f"  {'':28s}{'one trajectory':>24s}{f'{LANES} lanes':>24s}   steps of nominal's")
+    cost, steps = costs_of_mechanisms(rounds)
     for identity in ("", *MECHANISMS):
-        row = [cost[f"{identity}/{lanes}"] for lanes in (1, LANES)]
-        base = [cost[f"/{lanes}"] for lanes in (1, LANES)]
+        row = [cost[identity, lanes] for lanes in (1, LANES)]
+        base = [cost["", lanes] for lanes in (1, LANES)]
         cells = [
             f"{found:7.2f} ns {found / nominal_cost:5.2f}{' ' if found <= REACH['mechanism'] * nominal_cost else '!'}"
             for found, nominal_cost in zip(row, base, strict=True)
         ]
-        more = cases[identity, 1].steps / cases["", 1].steps
+        more = steps[identity, 1] / steps["", 1]
         print(f"  {identity or 'nominal':28s}{cells[0]:>24s}{cells[1]:>24s}   {more:.2f}")
     print(f"  !: more than {REACH['mechanism']:g} x nominal")
 

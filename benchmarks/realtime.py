@@ -21,8 +21,10 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+from ratio import Ratio
 
 from rtctl.border.arrays import IntArray
 from rtctl.border.kernels import background_kernel
@@ -59,19 +61,53 @@ def main() -> None:
         stalls(arguments.rounds * arguments.seconds)
 
 
-def recording(rounds: int) -> None:
-    """Nanoseconds an append of 20 signals, mapped and in memory, interleaved; of the loop's own thread."""
+class RecordingCost(NamedTuple):
+    """Nanoseconds an append of 20 signals of each round, of the loop's own thread."""
+
+    mapped: list[float]
+    memory: list[float]
+    bare: list[float]
+    """`struct.pack_into` of the same row."""
+
+
+def ratios(rounds: int) -> list[Ratio]:
+    """A recorded step beside a bare pack of its row, wake-ups at 1 kHz beside cyclictest's."""
+    cost = costs_of_recording(min(rounds, 5))
+    found = [
+        Ratio(
+            f"recording a step of {SIGNALS} signals", "struct.pack_into of the row",
+            statistics.median(cost.mapped), statistics.median(cost.bare), "ns",
+        )
+    ]  # fmt: skip
+    for spin in (False, True):
+        late = lateness(1e-3, spin, min(rounds, 3), 2.0, 80)
+        if late is None:
+            continue
+        ours, theirs = (statistics.median(values["p99"]) for values in (late.ours_us, late.theirs_us))
+        name = f"lateness at 1 kHz {'with' if spin else 'without'} spin, p99"
+        found.append(Ratio(name, "cyclictest", ours, theirs, "us", statistics.median(late.ratios("p99"))))
+    return found
+
+
+def costs_of_recording(rounds: int) -> RecordingCost:
+    """Mapped, in memory, and a bare pack, interleaved."""
     columns = [(f"c{k}", "") for k in range(SIGNALS)]
     row = tuple(0.1 * k for k in range(SIGNALS))
-    mapped, memory, bare = [], [], []
+    cost = RecordingCost([], [], [])
     pack, room = struct.Struct(f"{SIGNALS}dQ").pack_into, bytearray(8 * (SIGNALS + 1))
     for _ in range(rounds):
         with tempfile.TemporaryDirectory() as folder:
             recorder = MappedRecorder(Path(folder) / "signals.rec", columns, {}, Keeper())
-            mapped.append(cost_ns(recorder.append, row))
+            cost.mapped.append(cost_ns(recorder.append, row))
             recorder.close()
-        memory.append(cost_ns(Recorder(columns).append, row))
-        bare.append(cost_ns(lambda values: pack(room, 0, *values, 1), row))
+        cost.memory.append(cost_ns(Recorder(columns).append, row))
+        cost.bare.append(cost_ns(lambda values: pack(room, 0, *values, 1), row))
+    return cost
+
+
+def recording(rounds: int) -> None:
+    """Print what it costs to record a step."""
+    mapped, memory, bare = costs_of_recording(rounds)
     print(
         f"recording a step of {SIGNALS} signals: mapped {statistics.median(mapped):.0f} ns "
         f"(best {min(mapped):.0f} ns), in memory {statistics.median(memory):.0f} ns, a bare pack of the same row "
@@ -87,32 +123,54 @@ def cost_ns(append: Callable[[tuple[float, ...]], None], row: tuple[float, ...])
     return (time.thread_time_ns() - begun) / STEPS
 
 
-def wakeup(period_s: float, spin: bool, rounds: int, seconds: float, priority: int) -> None:
-    """Lateness of the shipped loop (in-process plant, recording on) over cyclictest's, p50 and p99."""
-    ratios: dict[str, list[float]] = {"p50": [], "p99": []}
-    ours_us: dict[str, list[float]] = {"p50": [], "p99": []}
+class Lateness(NamedTuple):
+    """Of rounds of ours and of cyclictest by turns, p50 and p99."""
+
+    ours_us: dict[str, list[float]]
+    theirs_us: dict[str, list[float]]
+    missed: int
+    steps: int
+
+    def ratios(self, name: str) -> list[float]:
+        """Of the rounds."""
+        pairs = zip(self.ours_us[name], self.theirs_us[name], strict=True)
+        return [ours / theirs for ours, theirs in pairs]
+
+
+def lateness(period_s: float, spin: bool, rounds: int, seconds: float, priority: int) -> Lateness | None:
+    """The shipped loop (in-process plant, recording on) and cyclictest; None where that is not installed."""
+    ours: dict[str, list[float]] = {"p50": [], "p99": []}
+    theirs: dict[str, list[float]] = {"p50": [], "p99": []}
     clock = {"priority": priority, "lock_memory": True, **({} if spin else {"spin": "0 s"})}
     scenario = latency_scenario({"kind": "inprocess"}, clock, period_s)
     missed = steps = 0
     for _ in range(rounds):
-        theirs = cyclictest(period_s, seconds, priority)
-        if theirs is None:
-            print("cyclictest is not installed (Debian package rt-tests): no ratio")
-            return
+        peer = cyclictest(period_s, seconds, priority)
+        if peer is None:
+            return None
         rung = measure_period(scenario, seconds, lambda: False)
         if rung.fault is not None:
             print(f"a round ended early by {rung.fault}: {rung.message}")
         missed, steps = missed + rung.timing.overruns, steps + rung.periods
-        for name in ratios:
-            ours = rung.timing.lateness.summary_us()[name]
-            ours_us[name].append(ours)
-            ratios[name].append(ours / theirs.summary_us()[name])
+        for name in ours:
+            ours[name].append(rung.timing.lateness.summary_us()[name])
+            theirs[name].append(peer.summary_us()[name])
+    return Lateness(ours, theirs, missed, steps)
+
+
+def wakeup(period_s: float, spin: bool, rounds: int, seconds: float, priority: int) -> None:
+    """Print lateness over cyclictest's."""
+    late = lateness(period_s, spin, rounds, seconds, priority)
+    if late is None:
+        print("cyclictest is not installed (Debian package rt-tests): no ratio")
+        return
     shown = ", ".join(
-        f"{name} {statistics.median(ours_us[name]):.1f} us, {statistics.median(ratios[name]):.2f} of cyclictest's"
-        for name in ratios
+        f"{name} {statistics.median(late.ours_us[name]):.1f} us, "
+        f"{statistics.median(late.ratios(name)):.2f} of cyclictest's"
+        for name in late.ours_us
     )
     how = "with spin" if spin else "without spin"
-    print(f"lateness at {1e-3 / period_s:g} kHz {how}: {shown}; {missed} of {steps} periods missed")
+    print(f"lateness at {1e-3 / period_s:g} kHz {how}: {shown}; {late.missed} of {late.steps} periods missed")
 
 
 def busy(rounds: int, seconds: float, priority: int, compiled: bool) -> None:

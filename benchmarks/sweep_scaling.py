@@ -21,6 +21,8 @@ from contextlib import ExitStack
 from pathlib import Path
 from statistics import median
 
+from ratio import Ratio
+
 from rtctl.campaign.local import on_this_machine
 from rtctl.campaign.part import compute_part
 from rtctl.campaign.plan import Plan, read_plan
@@ -99,13 +101,27 @@ def cost_of_one(plan: Plan, rounds: int) -> tuple[float, float]:
     return median(costs), median(sizes)
 
 
-def two_against_one(plan: Plan, rounds: int) -> None:
-    """Wall time of the same parts on one worker process and on two, their start left out."""
+def ratios(rounds: int) -> list[Ratio]:
+    """Two workers beside one: 0.5 where two cores are free."""
+    with tempfile.TemporaryDirectory() as folder:
+        plan = plan_of(Path(folder), part=256, samples=4096)
+        compute_part(plan, 0)  # compiles
+        one, two = walls_of_one_and_two(plan, max(1, rounds // 5))
+    return [Ratio("campaign, two workers", "one worker (0.5 where two cores are free)", two, one, "s")]
+
+
+def walls_of_one_and_two(plan: Plan, rounds: int) -> tuple[float, float]:
+    """Wall time [s] of the same parts on one worker process and on two, their start left out."""
     walls: dict[int, list[float]] = {1: [], 2: []}
     for _ in range(rounds):
         for workers in walls:
             walls[workers].append(timed(plan, workers))
-    one, two = (median(walls[workers]) for workers in (1, 2))
+    return median(walls[1]), median(walls[2])
+
+
+def two_against_one(plan: Plan, rounds: int) -> None:
+    """Print what a second worker is worth."""
+    one, two = walls_of_one_and_two(plan, rounds)
     met = "" if one / two >= REACH else "  MISSED (or the machine was busy)"
     print(
         f"{plan.design.samples} trajectories in {plan.parts} parts: one worker {one:.2f} s, two {two:.2f} s; "

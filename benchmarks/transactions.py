@@ -20,6 +20,7 @@ from pathlib import Path
 
 import numpy as np
 from pymodbus.client import ModbusSerialClient, ModbusTcpClient
+from ratio import Ratio
 
 from drivers.inprocess import InProcessDriver
 from drivers.modbus import ModbusRtuDriver, ModbusTcpDriver
@@ -51,10 +52,33 @@ def main() -> None:
     print(f"{'':24}{'p50 [us]':>10}{'p99 [us]':>10}")
     report("in-process", measure_in_process(arguments.count))
     with served_process() as (path, port):
-        rtu = ModbusRtuDriver(port=str(path), baud=115200, unit=1, profile=VO2)
-        tcp = ModbusTcpDriver(host="127.0.0.1", port=port, unit=1, profile=VO2)
-        compare("RTU on a pty", rtu, ModbusSerialClient(str(path), baudrate=115200), arguments.count)
-        compare("TCP", tcp, ModbusTcpClient("127.0.0.1", port=port), arguments.count)
+        for wire, (driver, client) in clients(path, port).items():
+            ours, stock = blocks_by_turns(driver, client, arguments.count)
+            p_ours, p_stock = report(f"{wire}, ours", ours), report(f"{wire}, pymodbus", stock)
+            print(f"{wire + ', ratio':24}{p_stock[0] / p_ours[0]:>10.2f}{p_stock[1] / p_ours[1]:>10.2f}")
+
+
+def ratios(rounds: int) -> list[Ratio]:
+    """Medians of both wires beside pymodbus; a round is a hundred transactions of each client."""
+    found = []
+    with served_process() as (path, port):
+        for wire, (driver, client) in clients(path, port).items():
+            p50 = [
+                float(np.median(np.concatenate(blocks)))
+                for blocks in blocks_by_turns(driver, client, 100 * rounds)
+            ]
+            found.append(Ratio(f"Modbus, {wire}, round trip", "pymodbus", *p50, "us"))
+    return found
+
+
+def clients(path: Path, port: int) -> dict[str, tuple[Driver, ModbusSerialClient | ModbusTcpClient]]:
+    """Ours and pymodbus's on each wire of a served device."""
+    rtu = ModbusRtuDriver(port=str(path), baud=115200, unit=1, profile=VO2)
+    tcp = ModbusTcpDriver(host="127.0.0.1", port=port, unit=1, profile=VO2)
+    return {
+        "RTU on a pty": (rtu, ModbusSerialClient(str(path), baudrate=115200)),
+        "TCP": (tcp, ModbusTcpClient("127.0.0.1", port=port)),
+    }
 
 
 @contextmanager
@@ -71,8 +95,10 @@ def served_process() -> Iterator[tuple[Path, int]]:
                 process.terminate()
 
 
-def compare(wire: str, driver: Driver, client: ModbusSerialClient | ModbusTcpClient, count: int) -> None:
-    """Blocks of both by turns, each with its own connection (a serial port has one user)."""
+def blocks_by_turns(
+    driver: Driver, client: ModbusSerialClient | ModbusTcpClient, count: int
+) -> tuple[list[list[float]], list[list[float]]]:
+    """Round trips [us] of ours and of pymodbus, each block with its own connection (a serial port has one user)."""
     ours, stock = [], []
     for _ in range(BLOCKS):
         driver.open(lockstep_period_us=PERIOD_US, watchdog_ms=0, timeout_s=TIMEOUT_S)
@@ -82,8 +108,7 @@ def compare(wire: str, driver: Driver, client: ModbusSerialClient | ModbusTcpCli
         client.write_register(ENABLE, 1)
         stock.append(timed(stock_exchange(client), count // BLOCKS))
         client.close()
-    p_ours, p_stock = report(f"{wire}, ours", ours), report(f"{wire}, pymodbus", stock)
-    print(f"{wire + ', ratio':24}{p_stock[0] / p_ours[0]:>10.2f}{p_stock[1] / p_ours[1]:>10.2f}")
+    return ours, stock
 
 
 def stock_exchange(client: ModbusSerialClient | ModbusTcpClient) -> Exchange:

@@ -19,6 +19,9 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import NamedTuple
+
+from ratio import Ratio
 
 from drivers.modbus import ModbusRtuDriver, ModbusTcpDriver
 from drivers.serial_frames import SerialDriver
@@ -48,20 +51,13 @@ def main() -> None:
         serve(load_plant(bundled_plant("vo2_a")), wires)
         return
     rows = ["| wire | ours p50 [us] | C p50 [us] | ratio (quartiles) | reach |", "|---|---|---|---|---|"]
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        peer = compiled(folder)
-        with served(folder) as (rtu, serial, address):
-            drivers: dict[str, tuple[Driver, list[str]]] = {
-                "modbus-tcp": (tcp_driver(address), ["tcp", *address.split(":")]),
-                "modbus-rtu": (ModbusRtuDriver(port=rtu, baud=115200, unit=1, profile=VO2), ["rtu", rtu]),
-                "serial": (SerialDriver(port=serial, baud=115200, profile=VO2), ["serial", serial]),
-            }
-            for wire, (driver, words) in drivers.items():
-                if wire != "serial" and not LIBMODBUS.is_dir():
-                    continue
-                rows.append(compared(wire, driver, [str(peer), *words], arguments.rounds, arguments.count))
-                print(rows[-1], flush=True)
+    for wire, one in compared(arguments.rounds, arguments.count):
+        low, middle, high = one.quartiles
+        rows.append(
+            f"| {wire} | {one.ours_us:.0f} | {one.theirs_us:.0f} | "
+            f"{middle:.2f} ({low:.2f} to {high:.2f}) | {REACH[wire]} |"
+        )
+        print(rows[-1], flush=True)
     if arguments.page is not None:
         text = arguments.page.read_text(encoding="utf-8")
         before, rest = text.split(BEGIN)
@@ -75,19 +71,51 @@ def tcp_driver(address: str) -> Driver:
     return ModbusTcpDriver(host=host, port=int(port), unit=1, profile=VO2)
 
 
-def compared(wire: str, driver: Driver, command: list[str], rounds: int, count: int) -> str:
-    """The row of a wire."""
+class Compared(NamedTuple):
+    """Medians of a wire [us], and the quartiles of the rounds' ratios."""
+
+    ours_us: float
+    theirs_us: float
+    quartiles: tuple[float, float, float]
+
+
+def ratios(rounds: int) -> list[Ratio]:
+    """Each wire beside C."""
+    return [
+        Ratio(
+            f"{wire}, round trip", "libmodbus in C" if wire != "serial" else "the devices' header in C",
+            one.ours_us, one.theirs_us, "us", one.quartiles[1],
+        )
+        for wire, one in compared(rounds, 200)
+    ]  # fmt: skip
+
+
+def compared(rounds: int, count: int) -> Iterator[tuple[str, Compared]]:
+    """Each wire whose program in C can be had, in `rounds` pairs of blocks of `count` exchanges."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        peer = compiled(folder)
+        with served(folder) as (rtu, serial, address):
+            drivers: dict[str, tuple[Driver, list[str]]] = {
+                "modbus-tcp": (tcp_driver(address), ["tcp", *address.split(":")]),
+                "modbus-rtu": (ModbusRtuDriver(port=rtu, baud=115200, unit=1, profile=VO2), ["rtu", rtu]),
+                "serial": (SerialDriver(port=serial, baud=115200, profile=VO2), ["serial", serial]),
+            }
+            for wire, (driver, words) in drivers.items():
+                if wire == "serial" or LIBMODBUS.is_dir():
+                    yield wire, of_wire(driver, [str(peer), *words], rounds, count)
+
+
+def of_wire(driver: Driver, command: list[str], rounds: int, count: int) -> Compared:
+    """Blocks of ours and of C by turns."""
     ours, theirs = [], []
     for _ in range(rounds):
         ours.append(statistics.median(block(driver, count)))
         done = subprocess.run([*command, str(count)], capture_output=True, text=True, check=True)
         theirs.append(statistics.median(1e-3 * int(line) for line in done.stdout.split()))
-    ratios = [a / b for a, b in zip(ours, theirs, strict=True)]
-    low, middle, high = statistics.quantiles(ratios, n=4)
-    return (
-        f"| {wire} | {statistics.median(ours):.0f} | {statistics.median(theirs):.0f} | "
-        f"{middle:.2f} ({low:.2f} to {high:.2f}) | {REACH[wire]} |"
-    )
+    ratios_of_rounds = [a / b for a, b in zip(ours, theirs, strict=True)]
+    low, middle, high = statistics.quantiles(ratios_of_rounds, n=4)
+    return Compared(statistics.median(ours), statistics.median(theirs), (low, middle, high))
 
 
 def block(driver: Driver, count: int) -> list[float]:
