@@ -3,8 +3,8 @@
 python benchmarks/first_use.py diagnose data/dataset.toml --model model.toml --out answer
 
 Runs `rtctl` with these arguments twice in processes of their own: with an empty folder of compiled kernels, then with
-the one that the first run has filled. Compilation is told in processor time of that process, so that other work on the
-machine matters less.
+the one that the first run has filled. Times are processor times of that process, so that other work on the machine
+matters less; what is neither importing, compiling, reading nor drawing is the work itself.
 """
 
 from __future__ import annotations
@@ -14,32 +14,58 @@ import subprocess
 import sys
 import tempfile
 import time
+from pathlib import Path
 
-HEAD = "| run | elapsed [s] | processor time [s] | of it compiling [s] | functions compiled |\n|---|---|---|---|---|"
+from stack_sampler import Stack, is_compiling, is_importing
+
+HERE = Path(__file__).resolve().parent
+COLUMNS = (
+    "run", "elapsed [s]", "processor time [s]", "importing", "compiling", "loading kernels", "reading",
+    "drawing, writing", "functions compiled",
+)  # fmt: skip
+HEAD = f"| {' | '.join(COLUMNS)} |\n|{'---|' * len(COLUMNS)}"
+PARTS = ("import", "compile", "load", "read", "draw")
+READING = ("read_dataset", "open_dataset", "dataset_of", "stored_dataset_of", "model_of")
+DRAWING = ("write_diagnosis", "save", "print_diagnosis", "print_fit")
 CHILD = """
 import sys, time
+sys.path.insert(0, sys.argv.pop(1))
+from first_use import part_of
+from stack_sampler import StackSampler
+sampler = StackSampler(part=part_of).__enter__()
 import numba.core.dispatcher as dispatcher
 from rtctl.cli import main
 
-depth, spent, count = 0, 0.0, 0
+count = 0
 compile_one = dispatcher._FunctionCompiler.compile
 
 
 def timed(self, *arguments):
-    global depth, spent, count
-    depth, count, begun = depth + 1, count + 1, time.process_time()
-    try:
-        return compile_one(self, *arguments)
-    finally:
-        depth -= 1
-        spent += time.process_time() - begun if depth == 0 else 0.0
+    global count
+    count += 1
+    return compile_one(self, *arguments)
 
 
 dispatcher._FunctionCompiler.compile = timed
 code = main(sys.argv[1:])
-print(f"FIRST-USE {time.process_time():.3f} {spent:.3f} {count}")
+sampler.__exit__()
+seconds = sampler.seconds["part"]
+parts = [f"{seconds[name]:.3f}" for name in ("import", "compile", "load", "read", "draw")]
+print("FIRST-USE", f"{time.process_time():.3f}", *parts, count)
 sys.exit(code)
 """
+
+
+def part_of(stack: Stack) -> str:
+    """What a moment belongs to: one of `PARTS`, or the work itself."""
+    functions = {one.function for one in stack}
+    if is_importing(stack):
+        return "import"
+    if is_compiling(stack):
+        return "load" if "load_overload" in functions else "compile"
+    if functions.intersection(DRAWING):
+        return "draw"
+    return "read" if functions.intersection(READING) else "work"
 
 
 def main() -> int:
@@ -54,7 +80,7 @@ def main() -> int:
         for name in ("first", "second"):
             begun = time.perf_counter()
             done = subprocess.run(
-                [sys.executable, "-c", CHILD, *arguments],
+                [sys.executable, "-c", CHILD, str(HERE), *arguments],
                 env=environment,
                 capture_output=True,
                 text=True,
@@ -62,10 +88,11 @@ def main() -> int:
             )
             elapsed_s = time.perf_counter() - begun
             last = done.stdout.strip().rpartition("FIRST-USE ")[2].split()
-            if done.returncode != 0 or len(last) != 3:
+            if done.returncode != 0 or len(last) != len(PARTS) + 2:
                 print(done.stdout + done.stderr, file=sys.stderr)
                 return 1
-            print(f"| {name} | {elapsed_s:.1f} | {float(last[0]):.1f} | {float(last[1]):.1f} | {last[2]} |")
+            seconds = " | ".join(f"{float(one):.2f}" for one in last[:-1])
+            print(f"| {name} | {elapsed_s:.1f} | {seconds} | {last[-1]} |", flush=True)
     return 0
 
 

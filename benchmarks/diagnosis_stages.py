@@ -1,0 +1,128 @@
+"""Where a diagnosis spends its time: processor seconds by stage and by package, of three blind cases.
+
+    python benchmarks/diagnosis_stages.py [--cases oscillator friction vo2] [--keep-compiling]
+
+A full-size oscillator (five records of 16,000 samples), one of the same size with dry friction, a VO2 actuator, of the
+generator of tests/blind. One thread. Each case is diagnosed twice and the second time counts, so nothing is compiled.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+import time
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "tests" / "blind"))
+
+from campaign import FULL_SIZE  # noqa: E402
+from case import diagnosed, generate, identified  # noqa: E402
+from stack_sampler import Stack, StackSampler, deepest, is_compiling  # noqa: E402
+
+from rtctl.diagnosis.report.files import provenance_of, write_diagnosis  # noqa: E402
+from rtctl.measured import read_dataset  # noqa: E402
+
+STAGES = {
+    "screen_dataset": "screening",
+    "fit_nominal": "nominal fit",
+    "run_residual_tests": "residual tests",
+    "propose_candidates": "candidates from linear estimates",
+    "halve_successively": "fits of sets of causes",
+    "select_best": "refits of the leaders",
+    "refit_leader_challengers": "refits of the leaders",
+    "refit_rivals": "rivals, smaller sets, each cause left out",
+    "refit_smaller_sets": "rivals, smaller sets, each cause left out",
+    "refit_without_each": "rivals, smaller sets, each cause left out",
+    "prefer_simpler_laws": "rivals, smaller sets, each cause left out",
+    "prefer_fewest_unknowns": "rivals, smaller sets, each cause left out",
+    "find_better_alternative": "laws without a formula",
+    "find_memory_alternative": "laws without a formula",
+    "_find_coarse_loops": "refits of static loops",
+    "refit_behind": "refits of static loops",
+    "refit_behind_best": "refits of static loops",
+    "fit_whole_records": "verification on whole and test records",
+    "verify": "verification on whole and test records",
+    "propose_experiment": "next experiment",
+    "compute_isolability": "next experiment",
+    "explain_by_changed_signals": "explanations by signals, steps, the file's values",
+    "explain_by_file_value": "explanations by signals, steps, the file's values",
+    "explain_by_steps": "explanations by signals, steps, the file's values",
+    "write_diagnosis": "page and pictures",
+}
+CASES: dict[str, dict[str, Any]] = {
+    "oscillator": {"seed": 5106, "plant": "oscillator", **FULL_SIZE},
+    "friction": {"seed": 5112, "plant": "oscillator", "effects": ("friction.coulomb",), **FULL_SIZE},
+    "vo2": {"seed": 52500, "plant": "vo2"},
+}
+SMALL = 0.01
+"""Share of the time below which a row is left out."""
+
+
+def package_of(stack: Stack) -> str:
+    """The innermost package of the project, or that kernels are compiled or loaded."""
+    if is_compiling(stack):
+        return "kernels compiled or loaded"
+    for one in reversed(stack):
+        if one.file.startswith(str(ROOT)):
+            parts = Path(one.file).relative_to(ROOT).with_suffix("").parts
+            return ".".join(parts[: min(3, len(parts) - 1)])
+    return "elsewhere"
+
+
+def main() -> None:
+    """Print two tables a case."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--cases", nargs="+", choices=CASES, default=list(CASES))
+    parser.add_argument("--keep-compiling", action="store_true", help="diagnose once, compilation included")
+    asked = parser.parse_args()
+    for name in asked.cases:
+        with tempfile.TemporaryDirectory() as folder:
+            profiled(name, Path(folder), once=asked.keep_compiling)
+
+
+def profiled(name: str, folder: Path, *, once: bool) -> None:
+    """One case."""
+    truth = generate(folder=folder, **CASES[name])
+    if truth.plant == "vo2":
+        identified(folder)
+    if not once:
+        answered(folder)
+    sampler = StackSampler(stage=deepest(STAGES, "other"), package=package_of)
+    begun = time.process_time()
+    with sampler:
+        found = answered(folder)
+    total = time.process_time() - begun
+    causes = ", ".join(one.id for one in found.causes) or "none"
+    print(
+        f"\n{name} (seed {truth.seed}, hidden: {', '.join(truth.ids) or 'nothing'}; answer: {found.verdict}, "
+        f"{causes}): {total:.1f} s of one core, {found.problem.samples} samples to fit"
+    )
+    for column, seconds in sampler.seconds.items():
+        table(column, seconds)
+
+
+def answered(folder: Path) -> Any:
+    """As `rtctl diagnose` does it, page and pictures included, on one core."""
+    found, data = diagnosed(folder), read_dataset(folder / "dataset.toml")
+    told = provenance_of(found, data, folder / "model.toml", "python benchmarks/diagnosis_stages.py")
+    write_diagnosis(folder / "answer", found, data, told)
+    return found
+
+
+def table(column: str, seconds: Counter[str]) -> None:
+    """Rows by size."""
+    total = sum(seconds.values())
+    print(f"\n| {column} | s | share |\n|---|---|---|")
+    for label, spent in seconds.most_common():
+        if spent >= SMALL * total:
+            print(f"| {label} | {spent:.1f} | {spent / total:.0%} |")
+
+
+if __name__ == "__main__":
+    main()
