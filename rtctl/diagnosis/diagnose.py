@@ -12,6 +12,7 @@ from rtctl.border.work import metered
 from rtctl.diagnosis.experiment_design.isolability import compute_isolability
 from rtctl.diagnosis.experiment_design.next_experiment import propose_experiment
 from rtctl.diagnosis.experiment_design.unseen_effects import describe_unseen
+from rtctl.diagnosis.nominal_fit.expected_time import tell_time
 from rtctl.diagnosis.nominal_fit.misfit.allowed_misfit import allow_misfit
 from rtctl.diagnosis.nominal_fit.nominal_fit import NominalFit, fit_nominal
 from rtctl.diagnosis.nominal_fit.parameter_shift import note_common_starts, note_large_shifts
@@ -93,6 +94,7 @@ def diagnose(
         whole_tests, (tests, judged, cut) = tests, _cut_tests(problem, first, tests)
         notes = (*notes, *cut, *subject.describe_screened(data.simulation))
         problem = allow_misfit(first.problem, subject.stated_misfit(model, dataset))
+        budget = tell_time(problem, first.nominal, budget, report)
         request = SearchRequest(
             problem, first.nominal, model, dataset, judged, fitted, options, budget, report
         )

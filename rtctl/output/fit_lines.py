@@ -23,6 +23,12 @@ LEAST_SHARE = 0.02
 """Share of the work from which the remaining time is told: before, it is hardly known."""
 
 
+class Lasting(str):
+    """Text that stays on the screen beside what is under way."""
+
+    __slots__ = ()
+
+
 @dataclass(slots=True)
 class FitLines:
     """Lines on a search, for a pipe."""

@@ -15,7 +15,7 @@ from html import escape
 from typing import Any
 
 from rtctl.border.errors import InputError
-from rtctl.output.fit_lines import FitLines, Share, Stage, work_texts
+from rtctl.output.fit_lines import FitLines, Lasting, Share, Stage, work_texts
 from rtctl.output.live_line import Show, live_line
 from rtctl.output.tables import plain
 
@@ -141,6 +141,9 @@ def _fits(title: str, share: Share, stage_of: Stage, *, quiet: bool) -> Iterator
             task = bar.add_task(title.replace("[", r"\["), total=None, now="", work="")
 
             def update(text: str) -> None:
+                if isinstance(text, Lasting):
+                    bar.console.print(f"{title}: {text}", markup=False, highlight=False)
+                    return
                 texts = work_texts(0.0, share())
                 bar.update(task, advance=1, now=text, work=f", {texts[0]}" if texts else "")
 

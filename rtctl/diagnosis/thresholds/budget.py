@@ -31,3 +31,11 @@ class BudgetThresholds:
     one_run: float = 145e6
     """Work [steps] of one free run over all records to fit, above which the model is refused: a
     fit takes some hundred."""
+    timed_evaluations: int = 3
+    """Evaluations of the fitted nominal model that are timed, to tell how long a search takes; the shortest counts."""
+    evaluations_of_one: float = 2200.0
+    """Such evaluations that a search takes, page and pictures included, where one cause explains the data: the middle
+    of 1574 and 3116 (blind oscillators 5201 and 5203)."""
+    evaluations_of_two: float = 12000.0
+    """The same where it takes two: 12863 and 11049 (5202 and 5204). An evaluation of two causes costs twice the nominal
+    one, and sets of two follow all sets of one."""
