@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import sys
+
 import pytest
 
 from rtctl.api.diagnosing import stage_of_search, watched_search
 from rtctl.border.work import count_work, metered
 from rtctl.diagnosis.problem.cancellation import CancellationToken
-from rtctl.output.fit_lines import FitLines, work_texts
+from rtctl.output.fit_lines import FitLines, Lasting, work_texts
 from rtctl.output.progress import Reporter
 
 
@@ -56,3 +58,16 @@ def test_without_a_budget_no_share_is_told_and_beyond_it_no_time() -> None:
 )
 def test_a_fit_belongs_to_a_stage(text: str, stage: str) -> None:
     assert stage_of_search(text) == stage
+
+
+def test_how_long_it_takes_stays_on_a_terminal_where_fits_replace_each_other(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    with Reporter(quiet=False).fits("diagnose x") as show:
+        show(Lasting("about 0:25, at most 4:20"))
+        show("friction.coulomb")
+    lines = [line for line in capsys.readouterr().err.splitlines() if "about" in line]
+    assert len(lines) == 1
+    assert "diagnose x: about 0:25, at most 4:20" in lines[0]
+    assert "now" not in lines[0], "it is no fit under way"
