@@ -9,6 +9,7 @@ generator of tests/blind. One thread. Each case is diagnosed twice and the secon
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 import tempfile
 import time
@@ -20,11 +21,18 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests" / "blind"))
 
 from campaign import FULL_SIZE  # noqa: E402
-from case import diagnosed, generate, identified  # noqa: E402
+from case import generate, identified  # noqa: E402
 from stack_sampler import Stack, StackSampler, deepest, is_compiling  # noqa: E402
 
+from rtctl.diagnosis.diagnose import diagnose  # noqa: E402
+from rtctl.diagnosis.problem.subjects import subject_of  # noqa: E402
 from rtctl.diagnosis.report.files import provenance_of, write_diagnosis  # noqa: E402
-from rtctl.measured import read_dataset  # noqa: E402
+from rtctl.diagnosis.result import Diagnosis  # noqa: E402
+from rtctl.diagnosis.search.request import DiagnosisOptions  # noqa: E402
+from rtctl.measured import open_dataset, read_dataset  # noqa: E402
+from rtctl.output.fit_lines import Lasting  # noqa: E402
+from rtctl.session.validation.model_validation import simulation_for  # noqa: E402
+from rtctl.wiring_models import mechanism_ids  # noqa: E402
 
 STAGES = {
     "screen_dataset": "screening",
@@ -95,24 +103,30 @@ def profiled(name: str, folder: Path, *, once: bool) -> None:
         answered(folder)
     sampler = StackSampler(stage=deepest(STAGES, "other"), package=package_of)
     begun = time.process_time()
+    begun_s = time.perf_counter()
     with sampler:
-        found = answered(folder)
-    total = time.process_time() - begun
+        found, told = answered(folder)
+    total, wall_s = time.process_time() - begun, time.perf_counter() - begun_s
     causes = ", ".join(one.id for one in found.causes) or "none"
     print(
         f"\n{name} (seed {truth.seed}, hidden: {', '.join(truth.ids) or 'nothing'}; answer: {found.verdict}, "
-        f"{causes}): {total:.1f} s of one core, {found.problem.samples} samples to fit"
+        f"{causes}): {total:.1f} s of one core, {wall_s:.0f} s elapsed, {found.problem.samples} samples to fit\n"
+        f"foretold: {told}; load {os.getloadavg()[0]:.1f}"
     )
     for column, seconds in sampler.seconds.items():
         table(column, seconds)
 
 
-def answered(folder: Path) -> Any:
-    """As `rtctl diagnose` does it, page and pictures included, on one core."""
-    found, data = diagnosed(folder), read_dataset(folder / "dataset.toml")
-    told = provenance_of(found, data, folder / "model.toml", "python benchmarks/diagnosis_stages.py")
+def answered(folder: Path) -> tuple[Diagnosis, str]:
+    """As `rtctl diagnose` does it, page and pictures included, on one core; and how long it said that it would take."""
+    manifest, path, heard = folder / "dataset.toml", folder / "model.toml", list[str]()
+    simulation, data = simulation_for(path, open_dataset(manifest)), read_dataset(manifest)
+    model = subject_of(simulation.kind).read_model(path)
+    ids, options = mechanism_ids(simulation.kind), DiagnosisOptions(threads=1)
+    found = diagnose(data, model, simulation, ids, options, heard.append)
+    told = provenance_of(found, data, path, "python benchmarks/diagnosis_stages.py")
     write_diagnosis(folder / "answer", found, data, told)
-    return found
+    return found, next((text for text in heard if isinstance(text, Lasting)), "nothing")
 
 
 def table(column: str, seconds: Counter[str]) -> None:
