@@ -29,6 +29,7 @@ from rtctl.diagnosis.search.elimination.backward_elimination import (
     refit_without,
     refit_without_each,
 )
+from rtctl.diagnosis.search.elimination.general_laws import fit_general_laws
 from rtctl.diagnosis.search.elimination.simpler_laws import (
     prefer_fewest_unknowns,
     prefer_simpler_laws,
@@ -39,7 +40,7 @@ from rtctl.diagnosis.search.model_selection import (
     select_likeliest,
     whitened_bic,
 )
-from rtctl.diagnosis.search.outcome import SearchResult, find_equivalents
+from rtctl.diagnosis.search.outcome import SearchResult, find_equivalents, replace_chosen
 from rtctl.diagnosis.search.state import SearchSettings, SearchState, StopReason
 from rtctl.diagnosis.search.successive_halving import halve_successively
 
@@ -259,6 +260,7 @@ def stall_share(state: SearchState) -> float:
 
 def conclude_search(state: SearchState) -> SearchResult:
     """Return the accepted set, or the best one without its negligible causes where none was accepted."""
+    state = state if state.result is not None else _generalise_best(state)
     result = state.result
     if result is None:
         result = state.result_with(state.best, passes=False)
@@ -273,6 +275,21 @@ def conclude_search(state: SearchState) -> SearchResult:
     nominal, chosen = result.nominal.hypothesis, result.chosen.hypothesis
     problem = result.refined_problem or state.given
     return result._replace(leave_one_out=refit_without_each(problem, nominal, chosen, result.hypotheses))
+
+
+def _generalise_best(state: SearchState) -> SearchState:
+    """Return the state with a more general law in place of one of the best set's, where that leaves less; accept it.
+
+    A set that passes is accepted. The simpler law comes back where the data do not need the other.
+    """
+    best, result = state.best, state.result_with(state.best, passes=False)
+    fits = fit_general_laws(state.problem, state.nominal.hypothesis, best.hypothesis, state.settings)
+    if not fits or fits[0].cost >= best.hypothesis.cost:
+        return state
+    general = state.test(fits[0])
+    result = replace_chosen(state.problem, result, general)
+    state = replace(state, best=general, rankings=result.rankings)
+    return accept_set(state, result._replace(passes=True)) if state.settings.passes(general) else state
 
 
 def _with_equivalents(state: SearchState, result: SearchResult, *, plain: bool) -> SearchResult:

@@ -1,0 +1,95 @@
+"""Where no set passes, a law that is a case of another one is tried as that, from where the case ended."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from diagnosis_cases import PERIOD_S, device, measured, noise_drive
+
+from rtctl.border.simulation import Stimulus
+from rtctl.diagnosis.problem.fit import fit_hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.subjects import subject_of
+from rtctl.diagnosis.problem.work_budget import WorkBudget
+from rtctl.diagnosis.search.elimination.general_laws import fit_general_laws
+from rtctl.diagnosis.search.state import SearchSettings
+from rtctl.diagnosis.search.stepwise import search_stepwise
+from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.scales import estimate_scales
+
+BOUC_WEN = {
+    "id": "hysteresis.bouc_wen",
+    "parameters": {
+        "level": {"value": 900.0, "unit": "mm/s^2"},
+        "displacement": {"value": 0.6, "unit": "mm"},
+        "loop": {"value": 0.5, "unit": "dimensionless"},
+        "bend": {"value": -0.2, "unit": "dimensionless"},
+    },
+}
+IDS = ("friction.presliding", "hysteresis.bouc_wen", "damping.quadratic")
+
+
+@pytest.fixture(scope="module")
+def hysteretic() -> tuple[Problem, Hypothesis]:
+    """Records of a hysteretic device, and the nominal model fitted to them."""
+    plant, drives = device(BOUC_WEN), [noise_drive(seed) for seed in range(2)]
+    records = tuple(
+        FitRecord(
+            name=f"r{k}",
+            stimulus=Stimulus(inputs={"drive": drive}, holds={"drive": "linear"}, period_s=PERIOD_S),
+            measured={"displacement": measured(plant, drive)},
+        )
+        for k, drive in enumerate(drives)
+    )
+    problem = Problem(
+        subject=subject_of("oscillator"),
+        records=records,
+        scales=estimate_scales(records),
+        steps_per_period=64.0,
+    )
+    nominal = fit_hypothesis(problem, device(), ())
+    assert nominal is not None
+    return problem, nominal
+
+
+def dahl(problem: Problem, nominal: Hypothesis) -> Hypothesis:
+    """The law of which it is a case, from its values at scale."""
+    extended = nominal.simulation.extended(("friction.presliding",))
+    values = np.array([one.value for one in extended.parameters])
+    values[[one.name == "friction.presliding.level" for one in extended.parameters]] = 500.0
+    fit = fit_hypothesis(problem, extended.with_values(values), ("friction.presliding",), nominal.starts)
+    assert fit is not None
+    return fit
+
+
+def test_dahls_law_is_tried_as_a_case_of_bouc_and_wens(hysteretic: tuple[Problem, Hypothesis]) -> None:
+    problem, nominal = hysteretic
+    case = dahl(problem, nominal)
+    settings = SearchSettings(ids=IDS, level=0.01, budget=WorkBudget.of(60e8))
+    (general,) = fit_general_laws(problem, nominal, case, settings)
+    assert general.mechanisms == ("hysteresis.bouc_wen",)
+    assert general.cost < 0.9 * case.cost
+    assert fit_general_laws(problem, nominal, general, settings) == []
+    without = SearchSettings(ids=IDS[:1], level=0.01, budget=WorkBudget.of(60e8))
+    assert fit_general_laws(problem, nominal, case, without) == []
+
+
+def test_a_search_that_ends_with_a_case_names_the_law(
+    hysteretic: tuple[Problem, Hypothesis], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The race has no candidate of the general law: as where the work is used up before it comes to it."""
+    from rtctl.diagnosis.search import stepwise
+
+    propose = stepwise.propose_candidates
+    monkeypatch.setattr(
+        stepwise,
+        "propose_candidates",
+        lambda *given: [one for one in propose(*given) if "hysteresis.bouc_wen" not in one.mechanisms],
+    )
+    monkeypatch.setattr(stepwise, "propose_pairs", lambda *given: [])
+    problem, nominal = hysteretic
+    settings = SearchSettings(ids=IDS, level=0.01, budget=WorkBudget.of(60e8))
+    found = search_stepwise(problem, nominal, settings)
+    assert found.passes
+    assert found.chosen.hypothesis.mechanisms == ("hysteresis.bouc_wen",)
