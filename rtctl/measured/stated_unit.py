@@ -6,10 +6,20 @@ coulomb or degree Celsius). A stated unit agrees if one of its meanings does.
 
 from __future__ import annotations
 
+import math
 import re
 
+from rtctl.border.arrays import FloatArray
 from rtctl.border.units.unit_text import common_units, parsed_unit
-from rtctl.measured.units import same_unit
+from rtctl.measured.amplitude_unit import (
+    TO_PEAK,
+    AmplitudeUnit,
+    amplitude_unit,
+    convention_in_name,
+    is_level,
+    level_at_end,
+)
+from rtctl.measured.units import convert_column, same_unit
 
 _NOTHING = frozenset(
     {"", "-", "--", "---", "none", "no unit", "unitless", "n/a", "na", "nan", "null", "unknown", "?", "[]"}
@@ -59,8 +69,8 @@ def agrees(stated: str, unit: str) -> bool:
 
 
 def readable(stated: str) -> bool:
-    """Return whether a stated text is a unit."""
-    if stated.strip().lower() in _ANY_UNIT:
+    """Return whether a stated text is a unit of a signal: decibels and `V rms` are none."""
+    if stated.strip().lower() in _ANY_UNIT or stated_amplitude(stated) is not None:
         return False
     try:
         agrees(stated, "dimensionless")
@@ -72,6 +82,68 @@ def readable(stated: str) -> bool:
 def is_common(stated: str) -> bool:
     """Return whether a stated text is one of the units that people use for signals."""
     return readable(stated) and any(parsed_unit(one) in common_units() for one in meanings(stated))
+
+
+def told_amplitude(
+    told: str | None, stated: AmplitudeUnit | None, name: str, plain: str | None
+) -> AmplitudeUnit | None:
+    """Return what the amplitudes in a column are: what a manifest has told, else what its file states; None: neither.
+
+    Args:
+        told: The manifest's `amplitude_unit`.
+        stated: What the file states, where it is more than a plain unit.
+        name: The column.
+        plain: The unit that the file states, in its words.
+
+    Raises:
+        ValueError: The two contradict each other, or nobody tells what 0 dB is.
+    """
+    found = stated
+    if told is not None:
+        found = stated_amplitude(told) or AmplitudeUnit(told)
+        if stated is None and plain is not None and readable(plain):
+            stated = AmplitudeUnit(plain)
+        if stated is not None and not _is_of(stated, found):
+            raise ValueError(
+                f'the file states "{plain or name}" for column "{name}", the manifest has amplitude_unit = "{told}"; '
+                "correct one"
+            )
+    if found is not None and not found.unit:
+        raise ValueError(
+            f'column "{name}" is in decibels, and nobody tells what 0 dB is: write it as amplitude_unit = '
+            '"dB re 1 um" of its signal, or export the magnitude in a linear unit'
+        )
+    return found
+
+
+def converted_amplitude(values: FloatArray, amplitude: AmplitudeUnit, to: str, name: str) -> FloatArray:
+    """Return peak values (n,) of a column in the unit `to`. Raises ValueError in words for an incompatible unit."""
+    for one in ratio_meanings(amplitude.unit):
+        if parsed_unit(one).dimensionality == parsed_unit(to).dimensionality:
+            return convert_column(values, one, to)
+    raise ValueError(
+        f'column "{name}" is in "{amplitude.text}", which is not compatible with {to}; correct one'
+    )
+
+
+def ratio_meanings(stated: str) -> list[str]:
+    """Return what a unit may mean, or a ratio of two: `g/V` as g/V and g_0/V."""
+    above, slash, below = stated.rpartition("/")
+    if not slash or not readable(above) or not readable(below):
+        return list(meanings(stated))
+    ratios = [f"({one})/({other})" for one in meanings(above) for other in meanings(below)]
+    return [*meanings(stated), *ratios]
+
+
+def _is_of(stated: AmplitudeUnit, told: AmplitudeUnit) -> bool:
+    """Return whether what a file states leaves room for what was told: neither says the opposite of the other."""
+    if stated.convention and TO_PEAK[stated.convention] != TO_PEAK[told.convention]:
+        return False
+    if stated.is_level != told.is_level or not stated.unit:
+        return stated.is_level == told.is_level
+    if not any(same_unit(one, other) for one in meanings(stated.unit) for other in meanings(told.unit)):
+        return False
+    return math.isclose(stated.reference, told.reference)
 
 
 def normalised(stated: str) -> str:
@@ -90,13 +162,34 @@ def time_unit_of(stated: str) -> str:
 
 
 def unit_in_name(name: str) -> str | None:
-    """Return the text in brackets at the end of a column's name, if it is a unit: `x tip [mm]`, `t (ms)`."""
+    """Return the unit at the end of a column's name: in brackets, `x tip [mm]`, `U (V rms)`; decibels also without."""
     found = _IN_NAME.match(name)
-    if found is None:
-        return None
-    text = found["unit"].strip()
+    text = "" if found is None else found["unit"].strip()
+    if not is_level(text) and (level := level_at_end(name)) is not None:
+        return level
     has_letter = any(letter.isalpha() or letter in "°%" for letter in text)
-    return text if has_letter and readable(text) else None
+    return text if has_letter and (readable(text) or stated_amplitude(text) is not None) else None
+
+
+def stated_amplitude(text: str) -> AmplitudeUnit | None:
+    """Return the amplitude that a stated text means, of a known unit; None: it is a plain unit, or none at all."""
+    found = amplitude_unit(text)
+    if found is None or not found.unit or readable(found.unit):
+        return found
+    return found._replace(unit="", reference=1.0) if found.is_level else None
+
+
+def column_amplitude(name: str, stated: str | None) -> AmplitudeUnit | None:
+    """Return the amplitude that a column's name and the unit that its file states mean; None: they say neither."""
+    text = stated or unit_in_name(name)
+    convention = convention_in_name(name)
+    if text is None:
+        found = stated_amplitude(name)  # a column that is called `V pk`
+        return found if found is not None and (found.is_level or is_common(found.unit)) else None
+    found = stated_amplitude(text)
+    if found is None and convention and readable(text):
+        return AmplitudeUnit(text, convention=convention)
+    return found._replace(convention=found.convention or convention) if found is not None else None
 
 
 def time_unit_in_name(name: str) -> str | None:

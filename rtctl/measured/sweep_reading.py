@@ -2,6 +2,7 @@
 
 The complex amplitude of a response is in_phase + i quadrature, or amplitude e^(i phase): the response is
 Re(amplitude e^(2 pi i f t)) to a drive of drive_amplitude cos(2 pi f t), so a response that lags has a negative phase.
+RMS and peak-to-peak values and decibels become peak values here, at the border.
 """
 
 from __future__ import annotations
@@ -9,10 +10,12 @@ from __future__ import annotations
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
+from rtctl.measured.amplitude_unit import AmplitudeUnit
 from rtctl.measured.columns.conversion import check_finite, rows_text
 from rtctl.measured.dataset import FREQUENCY, SWEEP_PERIOD_S, Record
 from rtctl.measured.manifest.schema import RecordTable, SignalTable
 from rtctl.measured.record_reading import Reading
+from rtctl.measured.stated_unit import column_amplitude, converted_amplitude, told_amplitude
 from rtctl.measured.units import convert_column
 from rtctl.registry import plant_kind
 
@@ -38,8 +41,9 @@ def check_sweep(reading: Reading, k: int) -> bool:
     if not reading.opens(entry, where) or len(findings.lines) > before:
         return False
     lengths = {}
-    for column, unit in _columns(reading, entry).items():
+    for column, table in _columns(reading, entry).items():
         with findings.under(where):
+            unit, _ = _unit_of(reading, entry, table, column)
             lengths[column] = cache.length(path, reading.column(entry, column), unit)
     with findings.under(where):
         _check_amplitude(reading, entry)
@@ -102,17 +106,41 @@ def _check_plant(reading: Reading) -> None:
         )
 
 
-def _columns(reading: Reading, entry: RecordTable) -> dict[str, str | None]:
-    """Return the columns that the record needs, each with the unit that it should have; None: not checked."""
-    found: dict[str, str | None] = {str(entry.frequency): None}
+def _columns(reading: Reading, entry: RecordTable) -> dict[str, SignalTable | None]:
+    """Return the columns that the record needs, each with the table that names it; None: the frequencies."""
+    found: dict[str, SignalTable | None] = {str(entry.frequency): None}
     for name, table in reading.manifest.signals.items():
         if table.role == "input":
             if _drive_column(reading, entry, name) is not None:
-                found[table.column or name] = reading.file_unit(name)
+                found[table.column or name] = table
             continue
-        unit = None if table.per_drive else reading.file_unit(name)
-        found |= {part: None if part == table.phase else unit for part in table.parts}
+        found |= dict.fromkeys(table.parts, table)
     return found
+
+
+def _unit_of(
+    reading: Reading, entry: RecordTable, table: SignalTable | None, column: str
+) -> tuple[str | None, AmplitudeUnit | None]:
+    """Return the unit that a column should have, None: not checked, and the amplitude that it is if not a plain unit.
+
+    Raises:
+        ValueError: In words: decibels of no reference or of parts, or a file and a manifest that contradict each other.
+    """
+    if table is None:
+        return None, None
+    if column == table.phase:
+        return table.phase_unit, None
+    name = reading.column(entry, column)
+    stated = reading.cache.stated_unit(reading.folder / entry.file, name)
+    amplitude = told_amplitude(table.amplitude_unit, column_amplitude(name, stated), name, stated)
+    if amplitude is None:
+        return (None if table.counts or table.per_drive else table.unit), None
+    if amplitude.is_level and table.in_phase is not None:
+        raise ValueError(
+            f'column "{name}" is in "{amplitude.text}", a logarithm, which has no sign: no part of an amplitude is; '
+            "export amplitude and phase, or the parts in a linear unit"
+        )
+    return stated, amplitude
 
 
 def _drive_column(reading: Reading, entry: RecordTable, signal: str) -> str | None:
@@ -125,7 +153,14 @@ def _drive_column(reading: Reading, entry: RecordTable, signal: str) -> str | No
 def _check_amplitude(reading: Reading, entry: RecordTable) -> None:
     """Raise ValueError where nobody tells the amplitude of the drive; remark on it where the response is per drive."""
     for name, table in reading.manifest.signals.items():
-        if table.role != "input" or entry.drive_amplitude or _drive_column(reading, entry, name):
+        if table.role != "input":
+            continue
+        if entry.drive_amplitude and table.amplitude_unit is not None:
+            raise ValueError(
+                f"drive_amplitude is a peak value in {table.unit}, and signals.{name}.amplitude_unit is of a column: "
+                "remove one"
+            )
+        if entry.drive_amplitude or _drive_column(reading, entry, name):
             continue
         words = {"drive": name, "unit": table.unit, "column": table.column or name}
         if not any(one.per_drive for one in reading.manifest.signals.values()):
@@ -152,6 +187,20 @@ def _numbers(reading: Reading, entry: RecordTable, column: str, unit: str | None
     values = reading.cache.column(reading.folder / entry.file, name, unit, first, end)
     check_finite(values, name, first)
     return values
+
+
+def _amplitude_numbers(
+    reading: Reading, entry: RecordTable, signal: str, column: str, unit: str
+) -> FloatArray:
+    """Return the peak values (n,) [unit] of a column of amplitudes, or its counts times their scale."""
+    table = reading.manifest.signals[signal]
+    stated, amplitude = _unit_of(reading, entry, table, column)
+    values = _numbers(reading, entry, column, stated)
+    if amplitude is not None:
+        values = amplitude.peak(values)
+        if not table.counts:
+            values = converted_amplitude(values, amplitude, unit, reading.column(entry, column))
+    return (table.scale or 1.0) * values
 
 
 def _frequencies(reading: Reading, entry: RecordTable) -> FloatArray:
@@ -189,7 +238,7 @@ def _amplitudes(reading: Reading, entry: RecordTable, signal: str) -> FloatArray
     if column is None:
         values = np.full(rows, entry.drive_amplitude or 1.0)
     else:
-        values = (table.scale or 1.0) * _numbers(reading, entry, column, reading.file_unit(signal))
+        values = _amplitude_numbers(reading, entry, signal, column, table.unit)
         if (values <= 0.0).any():
             raise ValueError(f'column "{column}": the amplitude of the drive must be above 0 in every row')
     return convert_column(values, table.unit, reading.unit(signal))
@@ -198,12 +247,17 @@ def _amplitudes(reading: Reading, entry: RecordTable, signal: str) -> FloatArray
 def _response(reading: Reading, entry: RecordTable, signal: str, drive: FloatArray) -> FloatArray:
     """Return a response (2 n,), in phase and quadrature of each row, in its held unit."""
     table = reading.manifest.signals[signal]
-    unit = None if table.per_drive else reading.file_unit(signal)
+    unit = table.unit
+    if table.per_drive:
+        drives = [one.unit for one in reading.manifest.signals.values() if one.role == "input"]
+        unit = f"({table.unit})/({drives[0]})"
     first, second = (
-        _numbers(reading, entry, part, None if part == table.phase else unit) for part in table.parts
+        _numbers(reading, entry, part, table.phase_unit)
+        if part == table.phase
+        else _amplitude_numbers(reading, entry, signal, part, unit)
+        for part in table.parts
     )
-    parts = _as_cartesian(table, first, second)
-    parts = (table.scale or 1.0) * (drive if table.per_drive else 1.0) * parts.reshape(-1)
+    parts = (drive if table.per_drive else 1.0) * _as_cartesian(table, first, second).reshape(-1)
     return convert_column(np.ascontiguousarray(parts), table.unit, reading.unit(signal))
 
 

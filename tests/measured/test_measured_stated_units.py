@@ -18,7 +18,7 @@ from measured_files import write_tdms
 from rtctl.border.errors import InputError
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.measured.columns.conversion import TableCache
-from rtctl.measured.stated_unit import agrees, readable, time_unit_in_name, unit_in_name
+from rtctl.measured.stated_unit import agrees, readable, stated_amplitude, time_unit_in_name, unit_in_name
 from rtctl.measured.units import check_unit
 
 Write = Callable[..., Path]
@@ -66,12 +66,14 @@ def test_no_unit_is_worked_out_for_ever(text: str) -> None:
 @given(st.text(max_size=12))
 def test_any_text_is_a_stated_unit_or_none(text: str) -> None:
     assert readable(text) in (True, False)
-    assert unit_in_name(f"x [{text}]") is None or readable(str(unit_in_name(f"x [{text}]")))
+    unit = unit_in_name(f"x [{text}]")
+    assert unit is None or readable(unit) or stated_amplitude(unit) is not None
 
 
 @pytest.mark.parametrize(
     ("name", "unit"),
     [("x [mm]", "mm"), ("x tip (m/s2)", "m/s2"), ("T [°C]", "°C"), ("a [m/(s^2)]", "m/(s^2)"), ("x (left)", None),
+     ("U (V rms)", "V rms"), ("Mag (dB re 1 um)", "dB re 1 um"), ("Gain dB (m)", "dB (m)"), ("x_dB", "dB"),
      ("x[0]", None), ("x (1)", None), ("x", None), ("[mm]", None)],
 )  # fmt: skip
 def test_brackets_behind_a_name_are_a_unit_if_they_hold_one(name: str, unit: str | None) -> None:
@@ -150,14 +152,32 @@ def test_a_unit_in_brackets_behind_the_column_s_name(oscillator: Write, tmp_path
     assert read_dataset(oscillator(*changes, ('unit = "mm"', 'unit = "um"'))).records[0].samples == 200
 
 
-@pytest.mark.parametrize("text", ["blorps", "EU", "mm pk-pk"])
-def test_a_unit_that_cannot_be_read_is_remarked_upon(oscillator: Write, tmp_path: Path, text: str) -> None:
+NO_UNIT = "which is no known unit; taken as mm"
+OF_AMPLITUDES = "a unit of amplitudes; its rows are taken as readings at instants, in mm"
+
+
+@pytest.mark.parametrize(
+    ("text", "remark"),
+    [("blorps", NO_UNIT), ("EU", NO_UNIT), ("mm pk-pk", OF_AMPLITUDES), ("mm pk", OF_AMPLITUDES)],
+)
+def test_a_unit_that_is_none_of_readings_is_remarked_upon(
+    oscillator: Write, tmp_path: Path, text: str, remark: str
+) -> None:
     h5(tmp_path / "r00.h5", {"units": text})
     for read in (read_dataset, open_dataset):
-        (remark,) = read(oscillator(('"r00.csv"', '"r00.h5"'))).remarks
-        assert remark == (
-            f'records.0 "r00.h5": column "x_tip": the file states "{text}", which is no known unit; taken as mm'
-        )
+        (told,) = read(oscillator(('"r00.csv"', '"r00.h5"'))).remarks
+        assert told == f'records.0 "r00.h5": column "x_tip": the file states "{text}", {remark}'
+
+
+@pytest.mark.parametrize("text", ["dB", "dB re 1 mm", "dBV", "dB(mm)"])
+@pytest.mark.parametrize("counted", ["", "scale = 2.0"])
+def test_a_logarithm_is_no_signal_in_time_whatever_the_manifest_says(
+    oscillator: Write, tmp_path: Path, text: str, counted: str
+) -> None:
+    h5(tmp_path / "r00.h5", {"units": text})
+    changes = ('"r00.csv"', '"r00.h5"'), ('unit = "mm"', f'unit = "mm"\n{counted}')
+    with pytest.raises(InputError, match=r'"x_tip" is in "dB.*", a logarithm, which is no signal; export it'):
+        open_dataset(oscillator(*changes))
 
 
 @pytest.mark.parametrize("text", ["", "-", "none", "N/A", "unknown"])

@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import nearest
+from rtctl.measured.amplitude_unit import is_level
 from rtctl.measured.columns.time_axis import StatedPeriod
 from rtctl.measured.readers import Header, Table, open_table
 from rtctl.measured.readers.groups import missing_name, names_within
 from rtctl.measured.readers.table import Column, length
-from rtctl.measured.stated_unit import agrees, is_no_unit, readable, unit_in_name
+from rtctl.measured.stated_unit import agrees, is_no_unit, readable, stated_amplitude, unit_in_name
 
 OVERFLOW_CODE = 9.9e37
 LEAST_SIZE = 1e-60
@@ -74,14 +75,16 @@ class TableCache:
     def length(self, path: Path, name: str, unit: str | None) -> int:
         """Return the samples of a column, checked as far as possible without its numbers. Raises ValueError.
 
-        `unit` is the manifest's; None: the numbers are counts, whose unit the file does not state.
+        `unit` is the manifest's; None: the numbers are counts, whose unit the file does not state. What the file states
+        itself, word for word, is no contradiction: such a column is converted by who reads it.
         """
         samples = self.rows(path, name)
         header = self.header(path, name)
         if header.dtype is not None and header.dtype.kind not in _TEXT:  # text: the message shows some
             numbers(np.empty(0, header.dtype), name)
-        if unit is not None:
-            _check_stated_unit(self.stated_unit(path, name), name, unit)
+        stated = self.stated_unit(path, name)
+        if stated is not None and stated != unit:
+            _check_stated_unit(stated, name, unit)
         return samples
 
     def rows(self, path: Path, name: str) -> int:
@@ -126,7 +129,7 @@ class TableCache:
         return None
 
     def stated_unit(self, path: Path, name: str) -> str | None:
-        """Return the unit that the file states for a column, in its attributes or in brackets behind its name."""
+        """Return the unit that the file states for a column, in its attributes or behind its name."""
         stated = self.header(path, name).unit
         return unit_in_name(name) if stated is None or is_no_unit(stated) else stated
 
@@ -134,7 +137,12 @@ class TableCache:
         """Return what a user must know of a column that is read as `unit` (None: as counts)."""
         stated = self.stated_unit(path, name)
         found: list[str] = []
-        if stated is not None and unit is not None and not readable(stated):
+        if stated is not None and unit is not None and stated_amplitude(stated) is not None:
+            found.append(
+                f'column "{name}": the file states "{stated[:40]}", a unit of amplitudes; its rows are taken as '
+                f"readings at instants, in {unit}"
+            )
+        elif stated is not None and unit is not None and not readable(stated):
             found.append(
                 f'column "{name}": the file states "{stated[:40]}", which is no known unit; taken as {unit}'
             )
@@ -231,8 +239,13 @@ def _is_number(value: object) -> bool:
     return True
 
 
-def _check_stated_unit(stated: str | None, name: str, unit: str) -> None:
-    if stated is None or not readable(stated):  # a text that is no unit is remarked upon
+def _check_stated_unit(stated: str, name: str, unit: str | None) -> None:
+    if is_level(stated):
+        raise ValueError(
+            f'column "{name}" is in "{stated}", a logarithm, which is no signal; export it in a linear unit. (The '
+            "magnitude of a frequency response may be in dB of a reference: docs/datasets.md, Sweeps of frequencies)"
+        )
+    if unit is None or not readable(stated):  # a text that is no unit is remarked upon
         return
     if not agrees(stated, unit):
         raise ValueError(

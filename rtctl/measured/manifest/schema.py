@@ -12,9 +12,11 @@ from rtctl.border.errors import InputError, nearest
 from rtctl.border.file_kinds import check_file_kind
 from rtctl.border.units.quantities import Checked, check, read_toml
 from rtctl.measured.manifest.signal_kinds import measured_kinds, signal_findings
+from rtctl.measured.stated_unit import stated_amplitude
 from rtctl.measured.units import check_unit
 
 Role = Literal["input", "output"]
+NO_PHASE = ": an amplitude without its phase tells neither part; export the phase as a column beside it"
 Hold = Literal["linear", "zero", "band-limited"]
 Use = Literal["identify", "fit", "test"]
 
@@ -62,6 +64,15 @@ def _time_unit(raw: Any) -> str:
 
 def _frequency_unit(raw: Any) -> str:
     check_unit(_unit(raw), "Hz")
+    return str(raw)
+
+
+def _amplitude_unit(raw: Any) -> str:
+    found = stated_amplitude(_unit(raw))
+    if found is None:
+        check_unit(raw)
+    elif not found.unit:
+        raise ValueError(f'"{raw}" does not say what 0 dB is; write it like "dB re 1 um"')
     return str(raw)
 
 
@@ -150,6 +161,8 @@ class SignalTable(Checked):
     """Of a sweep: column of the amplitude; `phase` is the other one."""
     phase: Text | None = None
     """Of a sweep: column of the phase against the drive."""
+    amplitude_unit: Annotated[str, BeforeValidator(_amplitude_unit)] | None = None
+    """Of a sweep: what the numbers of amplitudes are: "um rms", "V pp", "dB re 1 um"; default: what the file states."""
     phase_unit: Annotated[Literal["deg", "rad"], _one_of("deg", "rad")] | None = None
     phase_sign: Annotated[Literal["lead", "lag"], _one_of("lead", "lag")] = "lead"
     """Which of the two a positive phase or quadrature means: a driven resonator lags."""
@@ -177,10 +190,11 @@ class SignalTable(Checked):
     def _two_parts(self) -> SignalTable:
         cartesian, polar = (self.in_phase, self.quadrature), (self.amplitude, self.phase)
         if not self.parts:
-            if self.phase_unit is not None or self.phase_sign != "lead" or self.per_drive:
+            of_drive = self.role == "input" or self.amplitude_unit is None
+            if self.phase_unit is not None or self.phase_sign != "lead" or self.per_drive or not of_drive:
                 raise ValueError(
-                    "phase_unit, phase_sign and per_drive are of a sweep; name its columns in_phase and quadrature, or "
-                    "amplitude and phase"
+                    "amplitude_unit, phase_unit, phase_sign and per_drive are of a sweep; name its columns in_phase "
+                    "and quadrature, or amplitude and phase"
                 )
             return self
         if self.role == "input":
@@ -191,6 +205,7 @@ class SignalTable(Checked):
             raise ValueError(
                 "a sweep needs two columns, in_phase and quadrature, or amplitude and phase; got "
                 + " and ".join(f'"{one}"' for one in self.parts)
+                + (NO_PHASE if self.parts == (self.amplitude,) else "")
             )
         if self.phase is not None and self.phase_unit is None:
             raise ValueError(f'the phase "{self.phase}" needs its unit: phase_unit = "deg" or "rad"')
@@ -282,6 +297,7 @@ def _against_plant(tables: dict[str, Any]) -> list[str]:
     if not tables.get("records"):
         found.append("no records: add [[records]] with file and sample_rate_hz for each measured file")
     found += _mixed(tables.get("records"))
+    found += _amplitudes_in_time(tables)
     heading, signals = tables.get("dataset"), tables.get("signals", {})
     plant = heading.get("plant") if isinstance(heading, dict) else None
     if isinstance(plant, str) and plant in measured_kinds() and isinstance(signals, dict):
@@ -304,6 +320,20 @@ def _mixed(records: Any) -> list[str]:
     return [
         f"records.{swept.index(True)} is a sweep (frequency), records.{swept.index(False)} is in time: a dataset has "
         "one kind of records; write a second manifest for the sweeps, and identify or diagnose from each"
+    ]
+
+
+def _amplitudes_in_time(tables: dict[str, Any]) -> list[str]:
+    """Return findings on signals that have a unit of amplitudes though the records are in time."""
+    records, signals = tables.get("records"), tables.get("signals")
+    if not isinstance(records, list) or not isinstance(signals, dict):
+        return []
+    if any("frequency" in one for one in records if isinstance(one, dict)):
+        return []
+    return [
+        f'key "signals.{name}.amplitude_unit" is of sweeps of frequencies, and the records are in time; remove it'
+        for name, one in signals.items()
+        if isinstance(one, dict) and one.get("role") == "input" and "amplitude_unit" in one
     ]
 
 

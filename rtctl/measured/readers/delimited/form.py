@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from rtctl.measured.readers.stated.preamble import states_rate
-from rtctl.measured.stated_unit import is_common, is_no_unit, readable, unit_in_name
+from rtctl.measured.stated_unit import is_common, is_no_unit, readable, stated_amplitude, unit_in_name
 
 OPENING_LINES = 300
 NAMELESS = "column_"
@@ -192,7 +192,7 @@ def _common_units(row: list[str]) -> int:
 def _are_units(row: list[str]) -> bool:
     """Return whether at least half of the cells that are filled are units."""
     filled = [_bare(cell) for cell in row if cell]
-    units = sum(is_no_unit(text) or readable(text) for text in filled)
+    units = sum(is_no_unit(one) or readable(one) or stated_amplitude(one) is not None for one in filled)
     return bool(filled) and 2 * units >= len(filled)
 
 
