@@ -16,6 +16,11 @@ T, U, X, V, A = motion(ROWS)
 UNITS = {"drive": "V", "displacement": "mm", "velocity": "mm/s", "acceleration": "mm/s^2"}
 TRUTH = {"drive": U, "displacement": X, "velocity": V, "acceleration": A}
 
+_RISING = np.linspace(95.0, 106.0, 45)
+_F = np.concatenate([_RISING, _RISING[::-1]])
+SWEEP = (_F, np.repeat([0.1, 0.4], 45), np.repeat([0.1, 0.4], 45) * 2.5e3 / (100.0**2 - _F**2 + 2.5j * _F))
+"""The truth of sweeps: frequency [Hz], peak drive [V] and complex amplitude [um] of a resonator, rising and falling."""
+
 Write = Callable[[Path], Path]
 """Writes the file into a folder and returns its path."""
 
@@ -38,6 +43,13 @@ class Right(NamedTuple):
     """Units of the truth where a file cannot have those above."""
 
 
+class RightSweep(NamedTuple):
+    """Read as sweeps, and every complex amplitude is the truth's."""
+
+    remark: str = ""
+    """Words that a user must be told."""
+
+
 class Refused(NamedTuple):
     """Refused, in one message with these words: what is wrong where, and what to do."""
 
@@ -49,7 +61,7 @@ class Situation(NamedTuple):
 
     name: str
     write: Write
-    expected: Right | Refused
+    expected: Right | RightSweep | Refused
     said: Mapping[str, Any] = {}
     """Options of `rtctl.init`; with `manifest` a manifest is written instead."""
 

@@ -11,18 +11,19 @@ from typing import Any
 
 import corpus_binary
 import corpus_numbers
+import corpus_sweeps
 import corpus_text
 import corpus_time
 import numpy as np
 import pytest
-from corpus_case import TRUTH, Refused, Right, Situation
+from corpus_case import SWEEP, TRUTH, Refused, Right, RightSweep, Situation
 
 import rtctl
 from rtctl.border.errors import InputError
 from rtctl.measured.manifest.schema import read_manifest
 from rtctl.measured.units import convert_column
 
-TABLES = (corpus_text, corpus_time, corpus_numbers, corpus_binary)
+TABLES = (corpus_text, corpus_time, corpus_numbers, corpus_binary, corpus_sweeps)
 SITUATIONS = [one for module in TABLES for one in module.SITUATIONS]
 
 
@@ -48,7 +49,10 @@ def test_a_file_is_read_right_or_refused_with_a_remedy(one: Situation, tmp_path:
         return
     dataset, unsure = open_as_a_user(path, said)
     assert one.expected.remark in " ".join([*unsure, *dataset.remarks]), (unsure, dataset.remarks)
-    check_truth(dataset, one.expected)
+    if isinstance(one.expected, RightSweep):
+        check_sweeps(dataset)
+    else:
+        check_truth(dataset, one.expected)
 
 
 def open_as_a_user(path: Path, said: dict[str, Any]) -> tuple[rtctl.Dataset, tuple[str, ...]]:
@@ -59,6 +63,18 @@ def open_as_a_user(path: Path, said: dict[str, Any]) -> tuple[rtctl.Dataset, tup
         return rtctl.read_dataset(manifest), ()
     made = rtctl.init(path, plot=False, **said)
     return rtctl.read_dataset(made.path), made.unsure
+
+
+def check_sweeps(dataset: rtctl.Dataset) -> None:
+    frequency, drive, z = SWEEP
+    volts = convert_column(np.ones(1), dataset.units["drive"], "V")[0]
+    um = convert_column(np.ones(1), dataset.units["displacement"], "um")[0]
+    read = [one.complex_amplitudes("displacement") for one in dataset.records]
+    assert len(read) == 2
+    np.testing.assert_allclose(np.concatenate([one.frequencies_hz for one in dataset.records]), frequency)
+    held = np.concatenate([one.signals["drive"][::2] for one in dataset.records])
+    np.testing.assert_allclose(volts * held, drive, rtol=1e-6)
+    np.testing.assert_allclose(um * np.concatenate(read), z, rtol=1e-6)
 
 
 def check_truth(dataset: rtctl.Dataset, expected: Right) -> None:

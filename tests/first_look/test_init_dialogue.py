@@ -12,6 +12,7 @@ import sys
 import termios
 from pathlib import Path
 
+import numpy as np
 import pytest
 from first_look_cases import motion, write_text
 
@@ -63,6 +64,22 @@ def talk(folder: Path, words: list[str], answers: list[str]) -> tuple[int, str]:
     os.close(ours)
     assert waiting == [], shown
     return process.wait(), shown
+
+
+@pytest.mark.wire
+def test_a_person_says_what_0_dB_of_a_sweep_is(tmp_path: Path) -> None:
+    f = np.linspace(90.0, 110.0, 41)
+    z = 1e3 / (100.0**2 - f**2 + 2.5j * f)
+    level = 20.0 * np.log10(np.abs(z))
+    header = "Freq (Hz),Drive (V rms),Mag (dB),Phase (deg)"
+    write_text(tmp_path / "r.csv", header + "\n", f, np.full(41, 0.5), level, np.rad2deg(np.angle(z)))
+    # plant, drive, its unit, displacement, its unit (decibels of nothing, of 1 um), velocity, acceleration, test
+    answers = ["\n", "\n", "\n", "\n", "dB\n", "dB re 1 um\n", "\n", "\n", "\n"]
+    code, shown = talk(tmp_path, ["r.csv", "--no-plot"], answers)
+    assert code == 0, shown
+    record = rtctl.read_dataset(tmp_path / "dataset.toml").records[0]
+    np.testing.assert_allclose(record.signals["drive"], 0.5 * np.sqrt(2.0))
+    np.testing.assert_allclose(record.complex_amplitudes("displacement"), z, rtol=1e-5)
 
 
 @pytest.mark.wire

@@ -9,7 +9,7 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.measured.proposal.naming.column_names import STRONG, read_name
-from rtctl.measured.proposal.naming.column_units import Reading, Unit, quantity_of, read_column
+from rtctl.measured.proposal.naming.column_units import Reading, Unit, is_logarithm, quantity_of, read_column
 from rtctl.measured.proposal.survey import Survey
 from rtctl.registry import SignalKind
 
@@ -26,6 +26,7 @@ QUANTITIES = {
 EXACT = 8.0
 """Vote of a column that has the signal's own name."""
 SINGLE = "a single number"
+LOGARITHM = "is in dB, a logarithm, which is no signal: export it in a linear unit"
 NOT_SIGNALS = ("time", "index", "rate", "period", "none")
 
 
@@ -108,6 +109,8 @@ def find_candidates(
             others[name] = f"constant, {first.values[0]:.6g} throughout"
         elif is_count(first.values):
             others[name] = "counts the rows"
+        elif is_logarithm(first):
+            others[name] = LOGARITHM
         else:
             values = next(column.values for column in columns if column.varies and column.values is not None)
             found[name] = Candidate(

@@ -44,6 +44,8 @@ def _signal(signal: SignalGuess) -> list[str]:
         lines.append(f"column = {quoted(signal.column)}{_because(signal.why)}")
     held = absolute_unit(signal.unit)
     lines.append(f"unit = {quoted(held.unit)}{_because(signal.unit_source)}")
+    if signal.amplitude_unit:
+        lines.append(f"amplitude_unit = {quoted(signal.amplitude_unit)}")
     scale = held.scale if signal.scale is None else signal.scale * (held.scale or 1.0)
     if scale is not None:
         lines.append(f"scale = {scale!r}")

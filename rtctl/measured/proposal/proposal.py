@@ -85,6 +85,8 @@ class SignalGuess:
     unit: str = ""
     """Unit of the column as pint reads it; "": it must be asked."""
     unit_source: str = ""
+    amplitude_unit: str = ""
+    """Of a sweep: what the numbers of the column are, such as "um rms"; "": peak values in `unit`."""
     scale: float | None = None
     """Scale [unit per number of the column]; None: 1."""
     hold: str | None = None

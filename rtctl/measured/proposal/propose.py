@@ -12,7 +12,7 @@ import numpy as np
 from rtctl.border.errors import InputError
 from rtctl.measured.manifest.signal_kinds import measured_kinds
 from rtctl.measured.proposal.between_rows.hold import find_hold
-from rtctl.measured.proposal.candidates import SINGLE, Candidate, find_candidates
+from rtctl.measured.proposal.candidates import LOGARITHM, SINGLE, Candidate, find_candidates
 from rtctl.measured.proposal.given import Given, check_plant, given_signals
 from rtctl.measured.proposal.instants.stamps import judge_stamps
 from rtctl.measured.proposal.instants.time_base import find_time, homes_of
@@ -22,6 +22,7 @@ from rtctl.measured.proposal.naming.column_units import (
     Unit,
     as_written,
     given_unit,
+    is_logarithm,
     read_column,
 )
 from rtctl.measured.proposal.naming.unit_roles import check_motion, check_swapped, doubts_about_units
@@ -171,6 +172,8 @@ def _check_given(given: Mapping[str, Given], survey: Survey) -> None:
         column = survey.columns.get(one.column)
         if column is not None and column.values is None:
             raise InputError(f'{survey.path}: column "{one.column}", given as the {signal}, {column.refusal}')
+        if column is not None and is_logarithm(column):
+            raise InputError(f'{survey.path}: column "{one.column}", given as the {signal}, {LOGARITHM}')
 
 
 def _signals(

@@ -7,6 +7,7 @@ or the amplitude of the drive, is refused with what to do: it is never guessed.
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -14,13 +15,22 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
+from rtctl.measured.amplitude_unit import AmplitudeUnit, without_convention
 from rtctl.measured.proposal.given import Given, given_signals
-from rtctl.measured.proposal.naming.column_names import bare_name
-from rtctl.measured.proposal.naming.column_units import MOTIONS, quantity_of, read_column
+from rtctl.measured.proposal.naming.column_names import bare_name, base_name
+from rtctl.measured.proposal.naming.column_units import (
+    MOTIONS,
+    amplitude_of,
+    is_logarithm,
+    quantity_of,
+    read_column,
+    unit_of_amplitude,
+)
 from rtctl.measured.proposal.proposal import Answers, Open, Proposal, RecordGuess, SignalGuess, TimeGuess
 from rtctl.measured.proposal.survey import Survey
+from rtctl.measured.stated_unit import stated_amplitude
 from rtctl.measured.sweep_reading import LEAST_ROWS
-from rtctl.measured.units import is_unit
+from rtctl.measured.units import same_unit
 from rtctl.registry import plant_kind
 
 FREQUENCY = re.compile(r"f|freq\w*|frequenz\w*|f_?drive|drive_?freq\w*", re.IGNORECASE)
@@ -59,7 +69,23 @@ def find_sweep(survey: Survey, answers: Answers) -> SweepColumns | None:
         parts = [_called(others, first), _called(others, second)]
         if parts[0] is not None and parts[1] is not None and parts[0] != parts[1]:
             return SweepColumns(frequency, {first_key: parts[0], second_key: parts[1]})
+    _check_has_phase(survey, frequency, others)
     return None
+
+
+def _check_has_phase(survey: Survey, frequency: str, others: Sequence[str]) -> None:
+    """Raise InputError for amplitudes over a frequency without their phase, in a file that has no time."""
+    amplitude = _called(others, PAIRS[1][1]) or next(
+        (name for name in others if is_logarithm(survey.columns[name])), None
+    )
+    timed = any("time" in read_column(survey.columns[name]).votes for name in others)
+    if amplitude is None or timed:
+        return
+    raise InputError(
+        f'{survey.path}: a sweep of frequencies (frequency "{frequency}", amplitude "{amplitude}") without a phase: '
+        "an amplitude alone has no parts in phase and in quadrature; export the phase against the drive as a column "
+        'beside it, such as "Phase (deg)"'
+    )
 
 
 def propose_sweeps(columns: SweepColumns, surveys: Sequence[Survey], answers: Answers) -> Proposal:
@@ -80,13 +106,19 @@ def propose_sweeps(columns: SweepColumns, surveys: Sequence[Survey], answers: An
             f"{survey.path}: " + NO_AMPLITUDE.format(columns.frequency, *first, *second, unit or "no unit")
         )
     keys, unsure = _keys(columns, survey, per_drive=bool(drive_unit))
+    amplitude = _amplitude(survey, first[1], given.get(name))
     response = SignalGuess(
         name=name, role="output", column=first[1], why="a sweep of frequencies, by the names of its columns",
-        unit=unit, unit_source=source, keys=keys,
+        unit=unit, unit_source=source, keys=keys, amplitude_unit=_written(amplitude),
     )  # fmt: skip
+    if not drive_unit:
+        unsure = (*unsure, *_doubts_about_peaks(survey, drive, response, amplitude))
     opens = [
-        Open(f"unit.{one.name}", f'nobody states the unit of column "{one.column}"', f"--{one.role} {text}")
-        for one, text in ((drive, f"{drive.column}:UNIT"), (response, f"{name}={first[1]}:UNIT"))
+        Open(f"unit.{one.name}", _unknown_unit(one), f"--{one.role} {shlex.quote(text)}")
+        for one, text in (
+            (drive, f"{drive.column}:{_example(drive, 'UNIT')}"),
+            (response, f"{name}={first[1]}:{_example(response, 'UNIT')}"),
+        )
         if not one.unit
     ]
     return Proposal(
@@ -134,29 +166,80 @@ def _runs(frequency: FloatArray) -> list[tuple[int, int]]:
 
 def _called(names: Sequence[str], pattern: str) -> str | None:
     """Return the column that is called so, or whose name ends so after a blank or an underscore."""
-    whole = [name for name in names if re.fullmatch(pattern, bare_name(name), re.IGNORECASE)]
-    ends = [
-        name for name in names if re.search(rf"(?:^|[ _.])(?:{pattern})$", bare_name(name), re.IGNORECASE)
-    ]
+    bare = {name: without_convention(base_name(name)) for name in names}
+    whole = [name for name in names if re.fullmatch(pattern, bare[name], re.IGNORECASE)]
+    ends = [name for name in names if re.search(rf"(?:^|[ _.])(?:{pattern})$", bare[name], re.IGNORECASE)]
     return next(iter([*whole, *ends]), None)
+
+
+def _amplitude(survey: Survey, column: str, given: Given | None) -> AmplitudeUnit | None:
+    """Return what the amplitudes in a column are: what the user says, else what the file states; None: a plain unit."""
+    said = stated_amplitude(given.unit) if given is not None and given.unit else None
+    return said or (amplitude_of(survey.columns[column]) if column in survey.columns else None)
+
+
+def _written(amplitude: AmplitudeUnit | None) -> str:
+    """Return the key `amplitude_unit`; "" for peak values in the signal's unit."""
+    plain = amplitude is None or (not amplitude.is_level and amplitude.convention in ("", "peak"))
+    return "" if amplitude is None or plain else amplitude.text
+
+
+def _unknown_unit(one: SignalGuess) -> str:
+    if one.amplitude_unit:
+        return f'column "{one.column}" is in decibels, and nobody tells what 0 dB is'
+    return f'nobody states the unit of column "{one.column}"'
+
+
+def _example(one: SignalGuess, otherwise: str) -> str:
+    return f"dB re 1 {'um' if one.role == 'output' else 'V'}" if one.amplitude_unit else otherwise
+
+
+def _doubts_about_peaks(
+    survey: Survey, drive: SignalGuess, response: SignalGuess, amplitude: AmplitudeUnit | None
+) -> list[str]:
+    """Return doubts about peak and RMS values, where one column states which it has or decibels leave it open."""
+    of_drive = amplitude_of(survey.columns[drive.column]) if drive.column in survey.columns else None
+    told = [one is not None and one.convention != "" for one in (of_drive, amplitude)]
+    is_level = [one is not None and one.is_level for one in (of_drive, amplitude)]
+    if all(told) or not any((*told, *is_level)):
+        return []
+    return [
+        f'{one.name}: nobody states whether "{one.column}" has peak or RMS values: taken as peak values; else add '
+        f'" rms" to its amplitude_unit'
+        for one, known in ((drive, told[0]), (response, told[1]))
+        if not known and one.column in survey.columns
+    ]
 
 
 def _response(columns: SweepColumns, survey: Survey, given: dict[str, Given]) -> tuple[str, str, str, str]:
     """Return signal, unit and its source, and the unit of the drive where the response is per drive."""
-    column = next(iter(columns.parts.values()))
-    for name, one in given.items():
-        if name in MOTIONS:
-            return name, one.unit, "you said so", ""
-    stated = survey.columns[column].unit or read_column(survey.columns[column]).unit.text
-    numerator, slash, drive = (stated or "").rpartition("/")
-    if slash and is_unit(numerator.strip("() ")) and quantity_of(numerator.strip("() ")) in MOTIONS:
-        unit = numerator.strip("() ")
-        per_second = quantity_of(str(stated)) if is_unit(stated) else ""
-        if per_second not in MOTIONS:
-            return quantity_of(unit), unit, f"the file states {stated}", drive.strip("() ")
-    unit = stated if is_unit(stated) else ""
+    column = survey.columns[next(iter(columns.parts.values()))]
+    name, said = next(((name, one) for name, one in given.items() if name in MOTIONS), ("", None))
+    amplitude = _amplitude(survey, column.name, said)
+    if amplitude is not None and not amplitude.unit:
+        return name or "displacement", "", "", ""
+    if said is not None and said.unit and stated_amplitude(said.unit) is None:
+        stated, source = said.unit, "you said so"
+    elif amplitude is not None:
+        stated, source = amplitude.unit, f"the file states {amplitude.text}"
+    else:
+        stated, source = column.unit or read_column(column).unit.text, "the file states it"
+    above, drive = _per_drive(stated)
+    if drive:
+        return name or quantity_of(above), above, f"the file states {stated}", drive
+    unit = unit_of_amplitude(stated)
     quantity = quantity_of(unit) if unit else ""
-    return quantity if quantity in MOTIONS else "displacement", unit or "", "the file states it", ""
+    return name or (quantity if quantity in MOTIONS else "displacement"), unit, source, ""
+
+
+def _per_drive(stated: str) -> tuple[str, str]:
+    """Return the units of the response and of the drive whose ratio a unit is; "", "": it is no such ratio."""
+    above, slash, drive = stated.rpartition("/")
+    unit = unit_of_amplitude(above.strip("() ")) if slash else ""
+    whole = unit_of_amplitude(stated)
+    if not unit or quantity_of(unit) not in MOTIONS or (whole and quantity_of(whole) in MOTIONS):
+        return "", ""
+    return unit, drive.strip("() ")
 
 
 def _drive(
@@ -164,19 +247,32 @@ def _drive(
 ) -> SignalGuess | None:
     """Return the drive: the column of its amplitude, or of a response per drive its unit alone; None without."""
     if (one := given.get("drive")) is not None:
-        unit = one.unit or read_column(survey.columns[one.column]).unit.text
-        return SignalGuess(name="drive", role="input", column=one.column, why="you said so", unit=unit)
+        return _drive_of(survey, one.column, one)
     used = {columns.frequency, *columns.parts.values()}
-    for name in survey.numeric:
-        reading = read_column(survey.columns[name])
-        if name not in used and "drive" in reading.votes:
-            return SignalGuess(
-                name="drive", role="input", column=name, why="its amplitude", unit=reading.unit.text,
-                unit_source=reading.unit.source,
-            )  # fmt: skip
+    for name, column in survey.numeric.items():
+        amplitude = amplitude_of(column)
+        unit = unit_of_amplitude(amplitude.unit) if amplitude is not None else ""
+        called = "drive" in read_column(column).votes or (unit and quantity_of(unit) == "drive")
+        if name not in used and called:
+            return _drive_of(survey, name, None)
     if not per_drive:
         return None
     return SignalGuess(name="drive", role="input", column="drive", why="no column has it", unit=per_drive)
+
+
+def _drive_of(survey: Survey, column: str, given: Given | None) -> SignalGuess:
+    """Return the drive whose amplitude is a column."""
+    amplitude = _amplitude(survey, column, given)
+    read = read_column(survey.columns[column]).unit
+    unit, source = read.text, read.source
+    if amplitude is not None:
+        unit, source = unit_of_amplitude(amplitude.unit), f"the file states {amplitude.text}"
+    if given is not None and given.unit and stated_amplitude(given.unit) is None:
+        unit = given.unit if amplitude is None or amplitude.unit else ""
+    return SignalGuess(
+        name="drive", role="input", column=column, why="its amplitude" if given is None else "you said so",
+        unit=unit, unit_source="" if given is not None and given.unit else source, amplitude_unit=_written(amplitude),
+    )  # fmt: skip
 
 
 def _keys(
@@ -191,6 +287,11 @@ def _keys(
         values = column.values if column.values is not None else np.empty(0)
         large = bool(np.abs(values[np.isfinite(values)]).max(initial=0.0) > MOST_RADIANS)
         unit = "deg" if stated.startswith("deg") or (stated != "rad" and large) else "rad"
+        if stated and not stated.startswith("deg") and not same_unit(stated, "rad"):
+            raise InputError(
+                f'{survey.path}: column "{phase}" is a phase in {stated}; export it in degrees or radians, and write '
+                'the unit behind its name: "Phase (deg)"'
+            )
         keys.append(("phase_unit", unit))
         if not stated:
             unsure.append(f'phase: nobody states the unit of "{phase}"; by its size it is {unit}')

@@ -28,6 +28,7 @@ from rtctl.measured.proposal.own_equations.signals import read_model_signals
 from rtctl.measured.proposal.parts import LAST_THIRD, NO_TEST
 from rtctl.measured.proposal.proposal import Answers, Proposal, SignalGuess
 from rtctl.measured.proposal.survey import Column, Survey
+from rtctl.measured.stated_unit import stated_amplitude
 from rtctl.measured.units import check_unit
 from rtctl.output.readable_units import readable
 
@@ -123,7 +124,7 @@ def _listed(said: str) -> tuple[str, ...]:
 def _about_time(proposal: Proposal, survey: Survey) -> list[Question]:
     """Return questions about the time column and its unit, or the rate; none where the file states its rate."""
     time = proposal.time
-    if time.stated_hz is not None:
+    if time.stated_hz is not None or time.is_frequency:
         return []
     homes = homes_of(survey, [one.column for one in proposal.signals])
     candidates = sorted(time_candidates(survey), key=lambda one: not is_near(survey.columns[one], homes))
@@ -178,9 +179,11 @@ def _about_signal(proposal: Proposal, name: str, role: str, columns: Mapping[str
         questions.append(Question(
             key=f"unit.{name}", text=f'In which unit is "{column}"?', default=as_written(guess.unit),
             why=_why_unit(guess),
-            settle=lambda answers, said: _with_signal(answers, role, name, column, _unit(said, name)),
+            settle=lambda answers, said: _with_signal(
+                answers, role, name, column, _unit(said, name, swept=proposal.time.is_frequency)
+            ),
         ))  # fmt: skip
-    if guess is not None and role == "input":
+    if guess is not None and role == "input" and not proposal.time.is_frequency:
         questions.append(Question(
             key=f"hold.{name}",
             text=f"How does the {name} go on between its rows?", details=_about_holds(proposal),
@@ -254,8 +257,11 @@ def _with_signal(answers: Answers, role: str, name: str, column: str, unit: str)
     return replace(answers, outputs=(*others, text))
 
 
-def _unit(said: str, name: str) -> str:
+def _unit(said: str, name: str, *, swept: bool) -> str:
+    """Return a unit that a person says; of a sweep also one of amplitudes, such as "dB re 1 um"."""
     try:
+        if swept and (amplitude := stated_amplitude(said)) is not None and amplitude.unit:
+            return said
         return given_unit(said, name).text
     except ValueError as error:
         raise InputError(f"{error}") from None

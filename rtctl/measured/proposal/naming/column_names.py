@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
+from rtctl.measured.amplitude_unit import level_at_end
 from rtctl.measured.stated_unit import meanings, readable, unit_in_name
 
 STRONG, WEAK = 4.0, 2.0
@@ -115,9 +116,17 @@ def bare_name(name: str) -> str:
     return base if habit in ("in brackets", "after a slash") else name.strip()
 
 
+def base_name(name: str) -> str:
+    """Return a column's name without its unit, wherever this stands: `phase_deg` as `phase`."""
+    return _without_unit(name.strip())[0] or name.strip()
+
+
 def _without_unit(name: str) -> tuple[str, str, str]:
     """Return a name without its unit, the unit, and where it stands."""
-    if text := unit_in_name(name):
+    text = unit_in_name(name)
+    if text is not None and text == level_at_end(name):
+        return name[: -len(text)].strip(" _,(["), text, "at its end"
+    if text:
         return name[: max(name.rfind("["), name.rfind("(", 0, name.rfind(text)))].strip(), text, "in brackets"
     base, slash, rest = name.partition("/")
     rest = rest.strip().strip("()[]")

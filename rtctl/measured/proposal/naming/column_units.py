@@ -7,9 +7,10 @@ from functools import cache
 from typing import NamedTuple
 
 from rtctl.border.units.quantities import is_angle, unit_registry
+from rtctl.measured.amplitude_unit import AmplitudeUnit, is_level
 from rtctl.measured.proposal.naming.column_names import STRONG, Name, is_weight, read_name, unit_meanings
 from rtctl.measured.proposal.survey import Column
-from rtctl.measured.stated_unit import is_no_unit
+from rtctl.measured.stated_unit import column_amplitude, is_no_unit, stated_amplitude
 from rtctl.measured.units import check_unit, is_proportional
 
 UNIT_VOTE = 3.0
@@ -54,8 +55,31 @@ def read_column(column: Column) -> Reading:
     return Reading(votes, unit, doubt or unit.doubt)
 
 
+def amplitude_of(column: Column) -> AmplitudeUnit | None:
+    """Return what the amplitudes in a column are, by its unit and its name; None: nobody says more than a unit."""
+    name = column.label or column.name
+    stated = column.unit if column.unit is not None and not is_no_unit(column.unit) else None
+    return column_amplitude(name, stated or read_name(name).unit or None)
+
+
+def unit_of_amplitude(text: str) -> str:
+    """Return the unit of an amplitude as pint reads it, best one of a motion; "": it has none."""
+    found = unit_meanings(text) if text else ()
+    return _chosen(found, next((quantity_of(one) for one in found if quantity_of(one) in MOTIONS), ""))
+
+
+def is_logarithm(column: Column) -> bool:
+    """Return whether a column is in decibels, by its unit or its name."""
+    found = amplitude_of(column)
+    return found is not None and found.is_level
+
+
 def given_unit(text: str, quantity: str) -> Unit:
     """Return a unit that the user gave, such as `g` of an acceleration. Raises ValueError where it is none."""
+    if is_level(text):
+        raise ValueError(
+            f'"{text}" is a logarithm, which no signal in time is; of a sweep say what 0 dB is: "dB re 1 um"'
+        )
     found = _chosen(unit_meanings(text), quantity) or text
     check_unit(found)
     return Unit(found, "given")
@@ -99,12 +123,24 @@ def _unit(column: Column, name: Name) -> Unit:
         text, source = name.unit, f'its name has "{name.unit}" {name.habit}'
     else:
         return Unit("", "")
+    if (amplitude := stated_amplitude(text)) is not None:
+        return _of_amplitudes(amplitude, source)
     found = _chosen(unit_meanings(text), wanted)
     if not found:
         return Unit("", "", f"{source}, which is no known unit")
     if found == "g_0" and is_weight(column.label or column.name):
         return Unit("", "", f"{source}, which may be grams, gram-force or gravity")
     return Unit(found, source, _two_meanings(text, found))
+
+
+def _of_amplitudes(amplitude: AmplitudeUnit, source: str) -> Unit:
+    """Return the unit of a column of readings at instants: that of a peak value is as large, no other is one."""
+    if amplitude.is_level:
+        return Unit("", "", f"{source}, which is a logarithm")
+    if amplitude.convention != "peak":
+        return Unit("", "", f"{source}, which no reading at an instant is")
+    unit = unit_of_amplitude(amplitude.unit)
+    return Unit(unit, source, f"{source}: its rows are taken as readings at instants, in {unit}")
 
 
 def _chosen(found: Sequence[str], quantity: str) -> str:
