@@ -30,10 +30,19 @@ BOUC_WEN = {
 IDS = ("friction.presliding", "hysteresis.bouc_wen", "damping.quadratic")
 
 
-@pytest.fixture(scope="module")
-def hysteretic() -> tuple[Problem, Hypothesis]:
-    """Records of a hysteretic device, and the nominal model fitted to them."""
-    plant, drives = device(BOUC_WEN), [noise_drive(seed) for seed in range(2)]
+STRIBECK = {
+    "id": "friction.stribeck",
+    "parameters": {
+        "level": {"value": 300.0, "unit": "mm/s^2"},
+        "excess": {"value": 250.0, "unit": "mm/s^2"},
+        "transition_speed": {"value": 60.0, "unit": "mm/s"},
+    },
+}
+
+
+def fitted(mechanism: dict[str, object]) -> tuple[Problem, Hypothesis]:
+    """Records of a device with a mechanism, and the nominal model fitted to them."""
+    plant, drives = device(mechanism), [noise_drive(seed) for seed in range(2)]
     records = tuple(
         FitRecord(
             name=f"r{k}",
@@ -53,19 +62,24 @@ def hysteretic() -> tuple[Problem, Hypothesis]:
     return problem, nominal
 
 
-def dahl(problem: Problem, nominal: Hypothesis) -> Hypothesis:
-    """The law of which it is a case, from its values at scale."""
-    extended = nominal.simulation.extended(("friction.presliding",))
+@pytest.fixture(scope="module")
+def hysteretic() -> tuple[Problem, Hypothesis]:
+    return fitted(BOUC_WEN)
+
+
+def of_law(problem: Problem, nominal: Hypothesis, identity: str) -> Hypothesis:
+    """The nominal model with a law of a level, from 500 mm/s^2."""
+    extended = nominal.simulation.extended((identity,))
     values = np.array([one.value for one in extended.parameters])
-    values[[one.name == "friction.presliding.level" for one in extended.parameters]] = 500.0
-    fit = fit_hypothesis(problem, extended.with_values(values), ("friction.presliding",), nominal.starts)
+    values[[one.name == f"{identity}.level" for one in extended.parameters]] = 500.0
+    fit = fit_hypothesis(problem, extended.with_values(values), (identity,), nominal.starts)
     assert fit is not None
     return fit
 
 
 def test_dahls_law_is_tried_as_a_case_of_bouc_and_wens(hysteretic: tuple[Problem, Hypothesis]) -> None:
     problem, nominal = hysteretic
-    case = dahl(problem, nominal)
+    case = of_law(problem, nominal, "friction.presliding")
     settings = SearchSettings(ids=IDS, level=0.01, budget=WorkBudget.of(60e8))
     (general,) = fit_general_laws(problem, nominal, case, settings)
     assert general.mechanisms == ("hysteresis.bouc_wen",)
@@ -73,6 +87,18 @@ def test_dahls_law_is_tried_as_a_case_of_bouc_and_wens(hysteretic: tuple[Problem
     assert fit_general_laws(problem, nominal, general, settings) == []
     without = SearchSettings(ids=IDS[:1], level=0.01, budget=WorkBudget.of(60e8))
     assert fit_general_laws(problem, nominal, case, without) == []
+
+
+def test_a_shape_that_the_case_lacks_is_looked_for() -> None:
+    """The excess of Stribeck's friction fades over a speed, and a fit from another one does not find it."""
+    problem, nominal = fitted(STRIBECK)
+    case = of_law(problem, nominal, "friction.coulomb")
+    settings = SearchSettings(ids=("friction.stribeck",), level=0.01, budget=WorkBudget.of(60e8))
+    general, *further = fit_general_laws(problem, nominal, case, settings)
+    assert len(further) == 2
+    found = {one.name: one.value for one in general.simulation.parameters}
+    assert found["friction.stribeck.transition_speed"] == pytest.approx(60.0, rel=0.1)
+    assert found["friction.stribeck.excess"] == pytest.approx(250.0, rel=0.1)
 
 
 def test_a_search_that_ends_with_a_case_names_the_law(

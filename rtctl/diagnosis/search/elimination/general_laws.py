@@ -38,7 +38,7 @@ def fit_general_laws(
     """
     limits, budget = problem.thresholds.search, settings.for_rivals().budget
     problem, fits = problem.until(budget), []
-    for start in _generalise(nominal, chosen, settings.ids):
+    for start in _generalise(problem, nominal, chosen, settings.ids):
         if budget.spent:
             break
         settings.report(" + ".join(start.mechanisms))
@@ -56,25 +56,50 @@ def fit_general_laws(
     return sorted(fits, key=lambda one: one.cost)
 
 
-def _generalise(nominal: Hypothesis, chosen: Hypothesis, ids: Sequence[str]) -> Iterator[_Start]:
-    """Yield the set with a more general law in place of one, at the values of those parameters that both have."""
+def _generalise(
+    problem: Problem, nominal: Hypothesis, chosen: Hypothesis, ids: Sequence[str]
+) -> Iterator[_Start]:
+    """Yield the set with a more general law in place of one, at the values of those parameters that both have.
+
+    A shape that the case lacks says where the laws differ, and a fit from elsewhere may not find it: each is tried at
+    the values that a search tries.
+    """
     added = [name for name in chosen.mechanisms if name not in nominal.mechanisms]
     laws = nominal.simulation.extended(tuple(one for one in ids if one not in nominal.mechanisms)).mechanisms
     for name in added:
         for law in laws:
             if name in law.generalises and law.id not in chosen.mechanisms:
-                yield _with_law(nominal, chosen, name, law.id)
+                yield from _starts_of(problem, nominal, chosen, name, law.id)
 
 
-def _with_law(nominal: Hypothesis, chosen: Hypothesis, simpler: str, general: str) -> _Start:
+def _starts_of(
+    problem: Problem, nominal: Hypothesis, chosen: Hypothesis, simpler: str, general: str
+) -> Iterator[_Start]:
     mechanisms = tuple(general if name == simpler else name for name in chosen.mechanisms)
-    added = tuple(name for name in mechanisms if name not in nominal.mechanisms)
-    simulation = nominal.simulation.extended(added)
-    values = {
-        one.name.replace(f"{simpler}.", f"{general}.", 1): one.value for one in chosen.simulation.parameters
-    }
+    simulation = nominal.simulation.extended(
+        tuple(name for name in mechanisms if name not in nominal.mechanisms)
+    )
+    own = [one for one in simulation.parameters if one.mechanism == general]
+    (law,) = (one for one in simulation.mechanisms if one.id == general)
+    shared = law.generalises[simpler]({one.declared.name: one.value for one in own}).keys()
+    values = {one.name: one.value for one in chosen.simulation.parameters}
+    values |= {f"{general}.{name}": values[f"{simpler}.{name}"] for name in shared}
     moved = np.array([values.get(one.name, one.value) for one in simulation.parameters])
-    own = {one.name for one in simulation.parameters if one.mechanism == general}
     names = {one.name for one in simulation.parameters}
-    fixed_parameters = (chosen.fixed_parameters & names) | (defaulted(simulation) & own)
-    return _Start(mechanisms, clip_to_bounds(simulation, moved), fixed_parameters)
+    fixed_parameters = (chosen.fixed_parameters & names) | (defaulted(simulation) & {one.name for one in own})
+    start = _Start(mechanisms, clip_to_bounds(simulation, moved), fixed_parameters)
+    sought = [
+        k
+        for k, one in enumerate(simulation.parameters)
+        if one in own
+        and one.declared.is_shape
+        and one.declared.default is None
+        and one.declared.name not in shared
+    ]
+    if not sought:
+        yield start
+    for k in sought:
+        shape = simulation.parameters[k].declared
+        for times in np.geomspace(*shape.shape_range, shape.grid):
+            moved[k] = times * shape.scale(problem.scales)
+            yield start._replace(simulation=clip_to_bounds(simulation, moved.copy()))
