@@ -15,7 +15,7 @@ from typing import IO
 
 from drivers.fault_proxy import FaultPlan
 from rtctl.border.errors import DriverError, Fault
-from rtctl.border.records import DeviceProfile, Driver, Measurement
+from rtctl.border.records import DeviceProfile, Driver, Measurement, SwitchedOff
 from rtctl.border.wire.wire_memory import CompiledExchange
 
 NOWHERE = "nowhere:0"
@@ -64,11 +64,13 @@ class FaultyDriver:
         exchange: CompiledExchange | None = None if find is None else find()
         return exchange
 
-    def close(self, safe_levels: Sequence[float]) -> None:
+    def close(self, safe_levels: Sequence[float]) -> SwitchedOff | None:
         """Close the driver, then end the line. Never raises."""
+        acknowledged: SwitchedOff | None = SwitchedOff.SILENT
         if self._driver is not None:
-            self._driver.close(safe_levels)
+            acknowledged = self._driver.close(safe_levels)
         self._end()
+        return acknowledged
 
     def _start(self) -> str:
         folder = Path(self._line.enter_context(tempfile.TemporaryDirectory()))

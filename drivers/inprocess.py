@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 
 from rtctl.border.errors import DriverError, Fault
-from rtctl.border.records import Device, DeviceStatus, Measurement
+from rtctl.border.records import Device, DeviceStatus, Measurement, SwitchedOff
 from rtctl.border.wire.wire_memory import SEQUENCE, CompiledExchange
 
 _REFUSED = int(DeviceStatus.REFUSED)
@@ -72,12 +72,14 @@ class InProcessDriver:
 
         return device._replace(lend=lend, give_back=give_back)
 
-    def close(self, safe_levels: Sequence[float]) -> None:
+    def close(self, safe_levels: Sequence[float]) -> SwitchedOff:
         """Command `safe_levels`, disable. Never raises."""
         with suppress(DriverError):
             self.exchange(safe_levels)
         with suppress(ValueError):
             self._device.set_enable(False)
+            return SwitchedOff.OFF
+        return SwitchedOff.SILENT
 
 
 _EXCHANGE = InProcessDriver.exchange

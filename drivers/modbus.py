@@ -19,7 +19,7 @@ from drivers.compiled.modbus import exchange_rtu, exchange_tcp
 from drivers.modbus_clients import RtuClient, TcpClient
 from drivers.modbus_line import ILLEGAL_FUNCTION, Client, ExceptionReply, ModbusLine
 from rtctl.border.errors import DriverError, Fault, InputError
-from rtctl.border.records import DeviceProfile, DeviceStatus, Measurement
+from rtctl.border.records import DeviceProfile, DeviceStatus, Measurement, SwitchedOff
 from rtctl.border.wire.registers import (
     CLOCK,
     COMMAND,
@@ -179,15 +179,19 @@ class ModbusDriver:
             )
         return measurement
 
-    def close(self, safe_levels: Sequence[float]) -> None:
+    def close(self, safe_levels: Sequence[float]) -> SwitchedOff:
         """Command `safe_levels`, disable, disconnect: as far as the wire carries it. Never raises."""
+        acknowledged = SwitchedOff.SILENT
         if self._line is None:
-            return
+            return acknowledged
         with suppress(DriverError, ValueError):
-            self.exchange(safe_levels)
+            if not self.exchange(safe_levels).status & _REFUSED:
+                acknowledged = SwitchedOff.SAFE
         with suppress(DriverError, ExceptionReply):
             self._line.write(ENABLE, [0])
+            acknowledged = SwitchedOff.OFF
         self._disconnect()
+        return acknowledged
 
     def _set_up(self, line: ModbusLine, lockstep_period_us: int | None, watchdog_ms: int) -> None:
         line.write(ENABLE, [0])

@@ -24,7 +24,7 @@ from drivers.line_errors import lost
 from drivers.serial_port import FULL as NO_ROOM
 from drivers.serial_port import SerialPort
 from rtctl.border.errors import DriverError, Fault, InputError
-from rtctl.border.records import DeviceProfile, DeviceStatus, Measurement
+from rtctl.border.records import DeviceProfile, DeviceStatus, Measurement, SwitchedOff
 from rtctl.border.wire.serial_frames import (
     ERROR,
     REPLY,
@@ -207,15 +207,20 @@ class SerialDriver:
             "commands this device too, or it has restarted",
         )
 
-    def close(self, safe_levels: Sequence[float]) -> None:
+    def close(self, safe_levels: Sequence[float]) -> SwitchedOff:
         """Command `safe_levels`, disable, disconnect: as far as the wire carries it. Never raises."""
+        acknowledged = SwitchedOff.SILENT
         if self._port is None:
-            return
+            return acknowledged
         with suppress(DriverError):
-            self.exchange(safe_levels)
+            answer = self.exchange(safe_levels)
+            if not (self._pipeline or answer.status & _REFUSED):  # pipelined, it answers an earlier command
+                acknowledged = SwitchedOff.SAFE
         with suppress(DriverError):
             self._set(self._settings._replace(enable=0))
+            acknowledged = SwitchedOff.OFF
         self._disconnect()
+        return acknowledged
 
     def _identify(self) -> None:
         identity = identity_of(self._answer(self._ask(Request.IDENTIFY)).payload)

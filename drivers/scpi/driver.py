@@ -22,7 +22,7 @@ from drivers.scpi.instrument import Instrument, filled
 from drivers.scpi.lease import Lease
 from drivers.scpi.settings import ReferenceMeter, SourceSettings, refuse_misfits, setup_commands
 from rtctl.border.errors import DriverError, Fault, InputError
-from rtctl.border.records import DeviceProfile, DeviceStatus, Measurement
+from rtctl.border.records import DeviceProfile, DeviceStatus, Measurement, SwitchedOff
 from rtctl.border.units.quantities import convert
 
 _ENABLED = int(DeviceStatus.ENABLED)
@@ -99,9 +99,9 @@ class ScpiDriver:
         self._renew_lease()
         return self._exchange(amperes)
 
-    def close(self, safe_levels: Sequence[float]) -> None:
+    def close(self, safe_levels: Sequence[float]) -> SwitchedOff:
         """Command `safe_levels`, switch the output off, disconnect. Never raises."""
-        self._end(safe_levels[0] * self._amperes)
+        return SwitchedOff.OFF if self._end(safe_levels[0] * self._amperes) else SwitchedOff.SILENT
 
     def _switch_on(self, watchdog_ms: int) -> None:
         descriptor = self._source.descriptor
@@ -161,12 +161,18 @@ class ScpiDriver:
                 f"{self._name}: {level} was commanded, {reading.current_A / self._amperes:.6g} {unit} flows ({said})",
             )
 
-    def _end(self, amperes: float) -> None:
-        """Command a current, switch off, disconnect; say so where the instrument does not confirm. Never raises."""
+    def _end(self, amperes: float) -> bool:
+        """Command a current, switch off, disconnect; say so where the instrument does not confirm. Never raises.
+
+        Returns:
+            Whether the output is off, as far as is known: the instrument confirmed it, or it was not on.
+        """
+        is_off = True
         if self._is_on:
             self._is_on = False
             level, off, state = filled(self._commands.current, amperes), *self._commands[2:4]
-            if not self._source.switch_off(level, off, state):
+            is_off = self._source.switch_off(level, off, state)
+            if not is_off:
                 logging.getLogger("rtctl").warning(
                     "%s: does not confirm that its output is off; switch it off by hand", self._name
                 )
@@ -176,6 +182,7 @@ class ScpiDriver:
         self._source.close()
         if self._reference is not None:
             self._reference.meter.close()
+        return is_off
 
 
 def _factor(unit: str, to: str, what: str) -> float:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from enum import IntFlag
+from enum import Enum, IntFlag
 from typing import NamedTuple, Protocol
 
 
@@ -19,6 +19,16 @@ class DeviceStatus(IntFlag):
     CLAMPED = 4
     SENSOR_FAULT = 8
     REFUSED = 16
+
+
+class SwitchedOff(Enum):
+    """What the device has acknowledged of being switched off."""
+
+    OFF = "off"
+    SAFE = "safe"
+    """The safe levels, but not that it is off."""
+    SILENT = "silent"
+    """Nothing."""
 
 
 class Measurement(NamedTuple):
@@ -205,6 +215,10 @@ class Driver(Protocol):
         """Send one command, return the reply that belongs to it (its sequence number is checked)."""
         ...
 
-    def close(self, safe_levels: Sequence[float]) -> None:
-        """Command the safe levels as far as the wire still carries them, disable, disconnect. Never raises."""
+    def close(self, safe_levels: Sequence[float]) -> SwitchedOff | None:
+        """Command the safe levels as far as the wire still carries them, disable, disconnect. Never raises.
+
+        Returns:
+            What the device acknowledged of it; None: this driver does not say.
+        """
         ...

@@ -15,7 +15,7 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import DriverError, Fault, InputError
-from rtctl.border.records import Driver, Measurement
+from rtctl.border.records import DeviceStatus, Driver, Measurement
 from rtctl.interfaces import Clock, Controller, Estimator, SignalRecorder
 from rtctl.loop.events import Events
 from rtctl.loop.live_parameters import MODEL, SETPOINT, STOP, ParameterChannel
@@ -24,6 +24,8 @@ from rtctl.safety.guards import EnergyGuard, ReadingGuard
 from rtctl.safety.limits import CommandLimits
 from rtctl.safety.plausibility import Plausibility
 from rtctl.timing.step_timing import StepTiming
+
+REFUSED = int(DeviceStatus.REFUSED)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,6 +71,8 @@ class LoopPlan:
     """How many faults of wire or device a run survives."""
     rearm_after_s: float = 0.0
     """How long the device is left off before it is armed again [s]."""
+    watchdog_s: float = 0.0
+    """The device's own watchdog [s]; 0: none."""
 
 
 @dataclass(slots=True)
@@ -79,6 +83,8 @@ class Position:
     """The last sample that was recorded; -1 before the first."""
     setpoint: float = math.nan
     """Setpoint that replaces the plan's [controlled unit]; NaN: none does."""
+    acknowledged: Levels | None = None
+    """The last command that the device acknowledged [its units]; None: none yet."""
 
 
 class Sampler:
@@ -151,6 +157,11 @@ class Sampler:
         new = self._exchange(self.levels)
         self.complete(index, missed, lateness_s, new, begun_ns, time.perf_counter_ns())
 
+    def acknowledge(self, answer: Measurement) -> None:
+        """Note the command that an exchange has brought into force, unless the device says that it refused it."""
+        if not answer.status & REFUSED:
+            self.at.acknowledged = self.levels if self.plan.reading_delay < 2 else self.sent[2]
+
     def missed(self, periods: int) -> None:
         """Account for `periods` missed before this sample. Raise DriverError if they are too many."""
         self._timing.missed(periods)
@@ -173,6 +184,7 @@ class Sampler:
             DriverError: the reading or the next command is refused.
         """
         elapsed_s = (missed + 1) * self.period_s
+        self.acknowledge(new)
         refuse_implausible(self.parts, new, self.reading)
         if self._guarded:
             refuse_unlikely(self.parts, new, self.reading, self.levels[0], elapsed_s, begun_ns, answered_ns)

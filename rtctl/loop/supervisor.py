@@ -11,16 +11,18 @@ its command takes effect: a delay of one period, which the tuning accounts for, 
 
 from __future__ import annotations
 
+import logging
 import math
 import time
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from rtctl.border.errors import DriverError, Fault, InputError
-from rtctl.border.records import DeviceProfile, Measurement
+from rtctl.border.records import DeviceProfile, Measurement, SwitchedOff
 from rtctl.interfaces import Column, Controller, Estimator
 from rtctl.loop.compiled.support import compiled_sampler
+from rtctl.loop.ending import how_left
 from rtctl.loop.sampler import (
+    REFUSED,
     LoopParts,
     LoopPlan,
     Position,
@@ -74,6 +76,7 @@ def run_loop(parts: LoopParts, plan: LoopPlan, first: Measurement) -> LoopOutcom
     survived: list[tuple[int, Fault, str]] = []
     reading: Measurement | None = first
     fault, message, taken_in = None, "", ""
+    off: SwitchedOff | None = None
     try:
         while True:
             try:
@@ -81,7 +84,7 @@ def run_loop(parts: LoopParts, plan: LoopPlan, first: Measurement) -> LoopOutcom
                     reading = _reopened(parts, plan)
                     parts.events.note(at.index + 1, "rearmed")
                 refuse_implausible(parts, reading, reading._replace(counter=reading.counter - 1))
-                settled = _settle(parts, plan, reading, safe)
+                settled = _settle(parts, plan, reading, at)
                 if at.index + 1 < len(plan.setpoints):
                     sampler = Sampler(parts, plan, step, settled, safe, at)
                     compiled, taken_in = compiled_sampler(sampler)
@@ -91,16 +94,25 @@ def run_loop(parts: LoopParts, plan: LoopPlan, first: Measurement) -> LoopOutcom
                         step = sampler.step  # another one may have taken over
                 break
             except DriverError as error:
-                fault, message, reading = error.fault, str(error), None
-                parts.driver.close(safe)
+                was_open, reading = reading is not None, None
+                closed = parts.driver.close(safe)
+                if (
+                    was_open or closed is SwitchedOff.OFF
+                ):  # else it was off already, and could not be opened again
+                    off = closed
+                left = how_left(parts.driver.profile, at.acknowledged, off, plan.watchdog_s)
+                fault, message = error.fault, f"{error}; {left}"
                 parts.events.note(at.index + 1, "fault", fault=str(fault), message=message)
                 if parts.reopen is None or fault in FINAL or len(survived) == plan.rearm_times:
                     break
                 survived.append((at.index + 1, fault, message))
                 fault, message = None, ""
     finally:  # also on what is no fault: a second Ctrl-C, a bug
-        if fault is None:
-            parts.driver.close(safe)
+        if fault is None and parts.driver.close(safe) in (SwitchedOff.SAFE, SwitchedOff.SILENT):
+            logging.getLogger("rtctl").warning(
+                "at the end of the run: %s",
+                how_left(parts.driver.profile, at.acknowledged, SwitchedOff.SILENT, plan.watchdog_s),
+            )
     timing = parts.timing
     return LoopOutcome(
         steps=timing.steps,
@@ -123,9 +135,9 @@ def _reopened(parts: LoopParts, plan: LoopPlan) -> Measurement:
     return parts.reopen()
 
 
-def _settle(parts: LoopParts, plan: LoopPlan, first: Measurement, safe: Sequence[float]) -> Measurement:
+def _settle(parts: LoopParts, plan: LoopPlan, first: Measurement, at: Position) -> Measurement:
     """Hold the safe levels, from where every model starts; return the last reading. Raises DriverError."""
-    reading = first
+    reading, safe = first, tuple(limit.safe for limit in parts.limits)
     if parts.guard is not None:
         parts.guard.start()
     parts.energy.start(safe)
@@ -135,6 +147,7 @@ def _settle(parts: LoopParts, plan: LoopPlan, first: Measurement, safe: Sequence
         parts.clock.wait()
         begun_ns = time.perf_counter_ns()
         new = parts.driver.exchange(safe)
+        at.acknowledged = at.acknowledged if new.status & REFUSED else safe
         refuse_implausible(parts, new, reading)
         refuse_unlikely(parts, new, reading, safe[0], plan.period_s, begun_ns, time.perf_counter_ns())
         reading = new

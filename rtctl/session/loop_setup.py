@@ -26,8 +26,6 @@ from rtctl.wiring import build_clock, build_guard, build_plausibility
 LIVE_TIMEOUT_PERIODS = 5.0
 LEAST_LIVE_TIMEOUT_S = 0.05
 LOCKSTEP_TIMEOUT_S = 1.0
-WATCHDOG_PERIODS = 10.0
-LEAST_WATCHDOG_S = 0.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,19 +59,23 @@ def open_driver(driver: Driver, scenario: Scenario) -> Measurement:
     timeout_s = scenario.clock.timeout_s or (
         LOCKSTEP_TIMEOUT_S if lockstep else max(LIVE_TIMEOUT_PERIODS * period_s, LEAST_LIVE_TIMEOUT_S)
     )
-    watchdog_s = scenario.clock.watchdog_s
-    if watchdog_s is None:
-        watchdog_s = 0.0 if lockstep else max(WATCHDOG_PERIODS * period_s, LEAST_WATCHDOG_S)
     try:
         return driver.open(
             lockstep_period_us=round(period_s * 1e6) if lockstep else None,
-            watchdog_ms=round(watchdog_s * 1e3),
+            watchdog_ms=round(_lease_s(scenario) * 1e3),
             timeout_s=timeout_s,
         )
     except DriverError as error:
         if error.fault is Fault.CONNECTION_LOST:  # nothing there to begin with: the port or address is wrong
             raise InputError(str(error)) from None
         raise
+
+
+def _lease_s(scenario: Scenario) -> float:
+    """Return how long the device holds a command that is not renewed [s]; a device in this process ends with it."""
+    if scenario.driver.kind == "inprocess" and scenario.clock.mode == "lockstep":
+        return scenario.clock.watchdog_s or 0.0
+    return scenario.clock.lease_s(scenario.scenario.period_s)
 
 
 def build_playback(scenario: Scenario) -> PlaybackController:
@@ -93,6 +95,7 @@ def build_plan(scenario: Scenario, setpoints: FloatArray) -> LoopPlan:
         reading_delay=scenario.reading_delay,
         rearm_times=scenario.safety.rearm,
         rearm_after_s=scenario.safety.rearm_after_s,
+        watchdog_s=_lease_s(scenario),
     )
 
 

@@ -111,6 +111,8 @@ class CompiledSampler:
     def _complete(self, exit_reason: BlockExit, row: tuple[float, ...]) -> None:
         """Complete the sample in which a block ended. Raises DriverError."""
         sampler, parts, s = self._sampler, self._parts, self._loop[0]
+        if s["rows"] or exit_reason in (BlockExit.NOT_FINITE, BlockExit.ENERGY):
+            sampler.at.acknowledged = sampler.sent[min(1, sampler.plan.reading_delay)]
         for _ in range(int(s["rows"])):  # `stop_requested` may count the exchanges
             refuse_interrupted(parts)
         if exit_reason in (BlockExit.DONE, BlockExit.SIGNAL):
@@ -129,6 +131,7 @@ class CompiledSampler:
             new = self._exchange.conclude(ended, sampler.levels)
             sampler.complete(index, missed, lateness_s, new, begun_ns, answered_ns)
         elif exit_reason is BlockExit.CHANGE:
+            sampler.acknowledge(sampler.reading)
             sampler.decide(index, (missed + 1) * sampler.period_s, lateness_s, begun_ns, answered_ns)
         elif exit_reason is BlockExit.NOT_FINITE:
             parts.limits[0].clip(sampler.levels[0], 0.0, sampler.period_s)
