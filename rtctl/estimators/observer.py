@@ -18,8 +18,8 @@ heavy-tailed noise; G. Agamennoni, J. Nieto, E. Nebot, IEEE Trans. Signal Proces
 one such reading would be believed to be heat, with certainty, for hours.
 In the small loops of a closed loop m keeps its sign, which no variance expresses; so an estimated b is acted on only as
 far as it exceeds what m can feign (`believed`).
-Kalman filter of (b, m) with one scalar measurement. State order: s, probed s, b, m, P_bb, P_bm, P_mm; then the stacks
-of H, of probed H and of D.
+Kalman filter of (b, m) with one scalar measurement. State order: s, probed s, b, m, P_bb, P_bm, P_mm and the last H;
+then the stacks of H, of probed H and of D.
 """
 
 from __future__ import annotations
@@ -46,6 +46,8 @@ ERROR_LENGTH = 0.05  # of the current range: over what path the resistance model
 READING_SHARE = 0.3  # of the model's rms error that is noise of a single reading
 STEEPNESS = 3.0
 DISAGREEMENT = 6.0  # standard deviations
+EXPECTED = 7
+"""Place of the last H in the filter's state, without the model's error m: the reading that the model alone expects."""
 OUT_OF_RANGE, NOT_FINITE, DISAGREES = (
     int(EstimateStatus.OUT_OF_RANGE),
     int(EstimateStatus.NOT_FINITE),
@@ -142,7 +144,7 @@ def observer_step(  # noqa: PLR0913
     """Take one step of the filter; advance its state and the stacks in place.
 
     Args:
-        x: state of the filter (7,).
+        x: state of the filter (8,).
         stack: relays of the resistance model at the surrogate.
         probed_stack: the same a little warmer, for the sensitivity.
         deflection_stack: relays of the deflection model.
@@ -158,7 +160,7 @@ def observer_step(  # noqa: PLR0913
     """
     v = predict(x, current_mA, elapsed_s, p)
     status = OUT_OF_RANGE if v < p.low or v > p.high else 0
-    expected = preisach_step(stack, v, resistance).y
+    x[EXPECTED] = expected = preisach_step(stack, v, resistance).y
     probed = preisach_step(probed_stack, math.sqrt(max(x[1], 0.0)), resistance).y
     if resistance_ohm > 0.0 and math.isfinite(resistance_ohm):
         sensitivity = (probed - expected) / PROBE_MA2
@@ -212,7 +214,7 @@ def observer_params(model: Vo2Model) -> ObserverParams:
 
 def filter_start(params: ObserverParams, s: float = 0.0) -> FloatArray:
     """Return x at rest at a power s [mA^2], with b and m known by their sizes only."""
-    return np.array([s, s + PROBE_MA2, 0.0, 0.0, HEAT_START_MA2**2, 0.0, params.model_variance])
+    return np.array([s, s + PROBE_MA2, 0.0, 0.0, HEAT_START_MA2**2, 0.0, params.model_variance, 0.0])
 
 
 class ObserverEstimator:
@@ -224,6 +226,8 @@ class ObserverEstimator:
         self._params = observer_params(model)
         self._resistance, self._deflection = model.resistance_preisach, model.deflection_preisach
         self.fit_error = model.deflection_error
+        self.reading_error = model.reading_error
+        """RMS error of the model's reading [ln ohm]."""
         self._memory = self._packed(model.current.low)
 
     def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
@@ -246,6 +250,10 @@ class ObserverEstimator:
     def step(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> Estimate:
         """Return the estimate of one sample."""
         return self.estimate_of(*packed_observer_step(self._memory, levels[0], sensed[0], elapsed_s))
+
+    def model_reading(self) -> float:
+        """Return the reading that the model alone expected last, -ln R [ln ohm]."""
+        return float(array_at(self._memory, 0)[EXPECTED])
 
     @property
     def memory(self) -> FloatArray:

@@ -15,6 +15,7 @@ from rtctl.evaluation.metrics import LENGTH_UNIT, NOT_SCORED, ErrorScore, finite
 from rtctl.evaluation.outputs import output_scores, to_table
 from rtctl.evaluation.setpoint_holds import hold_error_percent, holds_of, level_rows, settling_ms
 from rtctl.evaluation.step_response import step_responses, summarise_steps
+from rtctl.interfaces import EstimateStatus
 from rtctl.loop.supervisor import LoopOutcome
 from rtctl.plant_control.support import PlantSupport
 from rtctl.scenario.schema import Scenario
@@ -80,6 +81,9 @@ def summarise(
         },
         "clamped_steps": int(
             np.count_nonzero(signals["device_status"].astype(np.int64) & DeviceStatus.CLAMPED)
+        ),
+        "readings_disagreed": int(
+            np.count_nonzero(signals["estimate_status"].astype(np.int64) & EstimateStatus.DISAGREES)
         ),
         **({"levels": levels} if levels else {}),
         **({"step_response": steps} if (steps := _steps(scenario, signals, factor, unit)) else {}),

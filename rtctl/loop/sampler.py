@@ -120,6 +120,8 @@ class Sampler:
         parts.energy.refuse_too_much(self.levels, period_s)
         self._record, self._record_timing = parts.signals.append, parts.timings.append
         self._guarded, self._timing, self._changes = parts.guard is not None, parts.timing, parts.changes
+        watches = parts.guard is not None and parts.guard.rules.frozen_after > 0
+        self._contradicted = parts.guard if watches and math.isfinite(step.reading_error) else None
         self._wait, self._exchange, self._decide = parts.clock.wait, parts.driver.exchange, step.step
         self._refuse_too_much = parts.energy.refuse_too_much
 
@@ -217,6 +219,10 @@ class Sampler:
             setpoint, aimed, self.sent[0], commanded, reading.sensed, elapsed_s
         )
         self.levels = levels
+        if self._contradicted is not None:
+            self._contradicted.refuse_contradicted(
+                self.step.model_reading(), reading.sensed[0], self.step.reading_error
+            )
         self._refuse_too_much(levels, self.period_s)
         self.record((index, setpoint, *estimate, reading.reference, *reading.sensed, *commanded, *terms,
                      reading.counter, reading.time_us, reading.status), lateness_s, begun_ns, answered_ns)  # fmt: skip

@@ -6,7 +6,8 @@ to the bit.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -34,6 +35,12 @@ class Step(Protocol):
 
     preview_s: float
     """How far beyond the next sample the controller looks at the setpoint [s]."""
+    reading_error: float
+    """RMS error of the reading that the estimator's model expects, as a logarithm; infinite: it expects none."""
+
+    def model_reading(self) -> float:
+        """Return the reading that the model expected in the last step, as a logarithm."""
+        ...
 
     def start(self, levels: Levels, setpoint: float, sensed: Sequence[float], period_s: float) -> Levels:
         """Start at rest at the applied levels; return the first command, which continues from them.
@@ -108,6 +115,12 @@ class ReadableStep:
     ) -> None:
         self._estimator, self._controller, self._limits = estimator, controller, limits
         self.preview_s = preview_of(controller)
+        self._model_reading: Callable[[], float] = getattr(estimator, "model_reading", lambda: math.nan)
+        self.reading_error = float(getattr(estimator, "reading_error", math.inf))
+
+    def model_reading(self) -> float:
+        """See `Step`."""
+        return self._model_reading()
 
     def start(self, levels: Levels, setpoint: float, sensed: Sequence[float], period_s: float) -> Levels:
         """See `Step`."""

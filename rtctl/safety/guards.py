@@ -16,6 +16,10 @@ what was learned on the slope before says nothing about it; nor, in open loop, a
 nothing switches until the width of the loops is crossed. A film answers late, so the command counts behind a lag of as
 many samples as must repeat.
 
+Where the estimator has a model of the reading, that model is asked as well (`contradicts_model`): a reading that stays
+to the bit, while the model's goes far beyond its own error and the reading's resolution and stays there, is stuck,
+however little the command moves, and on a slope of any steepness. On a plateau the model's reading stays as well.
+
 The loop in Python and its compiled blocks call the same kernels; these say only whether a reading passes, and leave
 their memory as it was if not, so that Python can explain why.
 """
@@ -46,6 +50,8 @@ LOCKSTEP_TOLERANCE_US = 2
 """How far a sample period of device time may be off in lockstep [us]: it is rounded to microseconds."""
 LEAST_STEPS = 10.0
 """Steps of the resolution by which a live reading would have moved: with fewer expected it may well repeat."""
+MODEL_ERRORS = 20.0
+"""RMS errors of the model's reading by which it must have changed: a model is off by a few, in places by ten."""
 END_SHARE = 0.05
 """Of the span of the readings so far: nearer than that to its ends a reading may be on a plateau. A film with one
 domain left reads some percent more than the metallic one, and its transition spans a factor of ten and more."""
@@ -72,6 +78,8 @@ GUARD = np.dtype(
         ("mean_change", np.float64),  # of the reading, of those before
         ("mean_travel", np.float64),  # of the command between two changes
         ("travel", np.float64),  # of the command since the last change
+        ("model_from", np.float64),  # the model's reading at the last change, as a logarithm
+        ("apart", np.int64),  # samples in a row in which it has been far from there
         ("guarded_level", np.float64),  # the level before
         ("place", np.float64),  # of the reading, from the first one
         ("least_place", np.float64),
@@ -206,6 +214,26 @@ def follows(  # noqa: PLR0913
     return True
 
 
+@background_kernel
+def contradicts_model(guarded: Guarded, expected: float, sensed: float, error: float) -> bool:
+    """Return whether a reading that repeats has been contradicted by its model for `frozen_after` samples.
+
+    Args:
+        guarded: rules and memory, after `follows` has judged this reading; advanced.
+        expected: the model's reading of this sample, as a logarithm; its sign does not matter.
+        sensed: the reading [its unit].
+        error: RMS error of the model's reading, as a logarithm.
+    """
+    s = guarded[0]
+    if s.equal == 0 or math.isnan(s.model_from):
+        s.model_from, s.apart = expected, 0
+        return False
+    change = abs(expected - s.model_from)
+    is_far = change > MODEL_ERRORS * error and change * abs(sensed) > LEAST_STEPS * s.resolution
+    s.apart = s.apart + 1 if is_far else 0
+    return bool(0 < s.frozen_after <= s.apart)
+
+
 @kernel
 def mean_square_after(mean_square: float, level: float, period_s: float, window_s: float) -> float:
     """Return the mean square of a command after `level` was held for `period_s` [s]: the module's equation."""
@@ -255,7 +283,8 @@ class ReadingGuard:
         self.memory["equal"] = self.memory["anchored"] = 0
         for field in ("resolution", "mean_change", "mean_travel", "travel"):
             self.memory[field] = 0.0
-        self.memory["lagged"] = math.nan
+        self.memory["lagged"] = self.memory["model_from"] = math.nan
+        self.memory["apart"] = 0
         self.memory["place"] = self.memory["least_place"] = self.memory["most_place"] = 0.0
 
     def judge(
@@ -301,6 +330,22 @@ class ReadingGuard:
                 f"the sample counter went on by {counts} in {advance_us} us of device time: it has jumped"
             )
         return self._explain_drift(new.time_us, begun_ns, answered_ns)
+
+    def refuse_contradicted(self, expected: float, sensed: float, error: float) -> None:
+        """Raise DriverError for a reading that stays while its model's moves; see `contradicts_model`."""
+        if contradicts_model(self.memory, expected, sensed, error):
+            self.explain_contradicted(expected, sensed)
+
+    def explain_contradicted(self, expected: float, sensed: float) -> None:
+        """Raise DriverError for a reading that `contradicts_model` has refused."""
+        s = self.memory[0]
+        percent = 100.0 * math.expm1(abs(expected - float(s["model_from"])))
+        raise DriverError(
+            Fault.FROZEN_VALUE,
+            f"{self.rules.names[0]} has read {sensed!r} {int(s['equal']) + 1} times in a row while the model's reading "
+            f"changed by {percent:.3g} %: the sensor is stuck, or the device is far from its model; if both are "
+            "healthy, --set safety.frozen_after=0 leaves this check out",
+        )
 
     def _explain_rate(self, new: Measurement, previous: Measurement, elapsed_s: float) -> Finding:
         names, rates = self.rules.names, self.rules.rates

@@ -251,6 +251,26 @@ def test_observer_and_pi_with_changes_on_the_way(identified: object, forward: bo
     assert len(found.events) == 6
 
 
+def test_a_reading_that_stands_while_the_model_s_moves_is_stuck_both_ways(identified: object) -> None:
+    """The set-point steps after 100 samples of a cold film."""
+    model = identified("vo2_a").model  # type: ignore[operator]
+    low, high = model.deflection
+    answers: list[Measurement | Ended] = [healthy(k, model.resistance.high) for k in range(SETTLE + 400)]
+    case = Case(
+        answers=answers,
+        rules=replace(LOCKSTEP, rates=(math.inf,), frozen_after=20, frozen_travel=math.inf),
+        limit=CommandLimits(low=3.68, high=7.5, safe=3.68),
+        setpoints=[low if k < 100 else low + 0.6 * (high - low) for k in range(400)],
+        model=model,
+    )
+    found = same_both_ways(case)
+    assert found.outcome.fault is Fault.FROZEN_VALUE
+    assert "while the model's reading changed by" in found.outcome.message
+    assert "acknowledged is current" in found.outcome.message
+    case.rules = replace(case.rules or LOCKSTEP, frozen_after=0)
+    assert same_both_ways(case).outcome.fault is None
+
+
 def live_case(samples: int) -> Case:
     answers: list[Measurement | Ended] = [healthy(k) for k in range(SETTLE + samples)]
     return Case(answers=answers, setpoints=[5.0] * samples)

@@ -65,6 +65,11 @@ def print_summary(summary: Mapping[str, Any], tuning: str | None, folder: Path) 
             f"the device clamped its command in {summary['clamped_steps']} steps: its own limits are narrower than "
             "[limits], and the estimator believes what was commanded"
         )
+    if disagreed := summary.get("readings_disagreed"):
+        print(
+            f"{disagreed} of {summary['timing']['steps']} readings were implausible to the estimator, far beyond its "
+            "errors, and counted for little (estimate_status 16)"
+        )
     if tuning is not None:
         print(tuning)
     _print_timing(summary)

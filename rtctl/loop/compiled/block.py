@@ -14,8 +14,11 @@ from rtctl.border.arrays import FloatArray, IntArray
 from rtctl.border.kernels import background_kernel
 from rtctl.border.wire.compiled_clock import clock_ns, slept_until
 from rtctl.border.wire.wire_memory import COUNTER, IN_FORCE, STATUS, TIME_US, ByteArray
+from rtctl.estimators.observer import EXPECTED
+from rtctl.hysteresis.packing import array_at
 from rtctl.loop.compiled.state import (
     CHANGE,
+    CONTRADICTED,
     DONE,
     ENERGY,
     EXCHANGE,
@@ -29,7 +32,7 @@ from rtctl.loop.compiled.state import (
     Record,
 )
 from rtctl.loop.compiled.step import observer_pi_step
-from rtctl.safety.guards import changes_too_fast, follows, mean_square_after
+from rtctl.safety.guards import changes_too_fast, contradicts_model, follows, mean_square_after
 from rtctl.safety.limits import limit_command
 from rtctl.safety.plausibility import UINT32, is_plausible
 from rtctl.timing.clock import adapted_spin_ns, due_tick
@@ -255,6 +258,10 @@ def run_block(  # noqa: C901, PLR0913
         s.level = allowed
         if not math.isfinite(asked):
             return NOT_FINITE
+        if s.reading_error < math.inf and contradicts_model(
+            loop, array_at(memory, 0)[EXPECTED], sensed, s.reading_error
+        ):
+            return CONTRADICTED
         row = signals[s.rows]
         row[0], row[1], row[2], row[3], row[4] = float(index), setpoint, value, surrogate, error
         row[5], row[6], row[7], row[8] = known, s.reference, sensed, commanded

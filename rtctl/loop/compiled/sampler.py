@@ -111,7 +111,7 @@ class CompiledSampler:
     def _complete(self, exit_reason: BlockExit, row: tuple[float, ...]) -> None:
         """Complete the sample in which a block ended. Raises DriverError."""
         sampler, parts, s = self._sampler, self._parts, self._loop[0]
-        if s["rows"] or exit_reason in (BlockExit.NOT_FINITE, BlockExit.ENERGY):
+        if s["rows"] or exit_reason in (BlockExit.NOT_FINITE, BlockExit.ENERGY, BlockExit.CONTRADICTED):
             sampler.at.acknowledged = sampler.sent[min(1, sampler.plan.reading_delay)]
         for _ in range(int(s["rows"])):  # `stop_requested` may count the exchanges
             refuse_interrupted(parts)
@@ -135,6 +135,9 @@ class CompiledSampler:
             sampler.decide(index, (missed + 1) * sampler.period_s, lateness_s, begun_ns, answered_ns)
         elif exit_reason is BlockExit.NOT_FINITE:
             parts.limits[0].clip(sampler.levels[0], 0.0, sampler.period_s)
+        elif exit_reason is BlockExit.CONTRADICTED:
+            assert parts.guard is not None
+            parts.guard.explain_contradicted(sampler.step.model_reading(), sampler.reading.sensed[0])
         else:
             parts.energy.refuse_too_much(sampler.levels, sampler.period_s)
             sampler.record(row, lateness_s, begun_ns, answered_ns)
@@ -151,7 +154,7 @@ class CompiledSampler:
         s["rms_window_s"] = limit.rms_window_s
         s["sensed_low"], s["sensed_high"] = plausible.sensed_low[0], plausible.sensed_high[0]
         s["judges_missed"] = parts.timing.judges
-        s["decides"] = NOTHING
+        s["decides"], s["reading_error"] = NOTHING, math.inf
         if parts.guard is not None:
             s["guarded"], s["rate"] = 1, parts.guard.rules.rates[0]
         self._take_step()
@@ -166,6 +169,8 @@ class CompiledSampler:
             *arrays, fit_error = step.kernel_arguments()
             self._decision = (arrays[0], arrays[1], arrays[2])
             s["decides"], s["fit_error"] = PI, fit_error
+            if parts.guard is not None and parts.guard.rules.frozen_after > 0:
+                s["reading_error"] = sampler.step.reading_error
 
     def _lend_clock(self) -> None:
         """Set the fields of a live clock once it has started."""

@@ -29,7 +29,7 @@ LOOP = np.dtype(
         ("period_s", _F), ("first", _I), ("last", _I), ("index", _I), ("setpoint", _F),
         # command
         ("decides", _I), ("level", _F), ("delay", _I), ("sent", _F, (MOST_DELAY + 1,)),
-        ("low", _F), ("high", _F), ("slew", _F), ("fit_error", _F),
+        ("low", _F), ("high", _F), ("slew", _F), ("fit_error", _F), ("reading_error", _F),
         ("rms_squared", _F), ("rms_window_s", _F), ("mean_square", _F),
         # plausible readings
         ("sensed_low", _F), ("sensed_high", _F), ("guarded", _I), ("rate", _F),
@@ -70,6 +70,10 @@ class BlockExit(IntEnum):
     """The controller asked for a level that is not finite; the sample is not recorded."""
     ENERGY = 8
     """The next level would exceed the limit of the mean square."""
+    CONTRADICTED = 9
+    """The reading stays while the model's moves; the sample is not recorded."""
 
 
-DONE, SIGNAL, LATE, MISSED, EXCHANGE, UNLIKELY, CHANGE, NOT_FINITE, ENERGY = (int(code) for code in BlockExit)
+(DONE, SIGNAL, LATE, MISSED, EXCHANGE, UNLIKELY, CHANGE, NOT_FINITE, ENERGY, CONTRADICTED) = map(
+    int, BlockExit
+)

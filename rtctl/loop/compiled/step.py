@@ -111,7 +111,7 @@ class CompiledStep:
     ) -> None:
         self._estimator, self._controller, self._limit = estimator, controller, limits[0]
         self._readable = ReadableStep(estimator, controller, limits)
-        self.preview_s = preview_of(controller)
+        self.preview_s, self.reading_error = preview_of(controller), estimator.reading_error
         self._control = np.zeros(8)
         self._memory = self._forward = np.empty(0)
         self._decide: Callable[..., Any] = observer_pi_step
@@ -155,6 +155,10 @@ class CompiledStep:
         """Follow by the parts, which share their memories with the compiled call; see `Step`."""
         self._readable.follow(setpoint, upcoming, believed, applied, sensed, elapsed_s)
         self._take_over()
+
+    def model_reading(self) -> float:
+        """See `Step`."""
+        return self._estimator.model_reading()
 
     def kernel_arguments(self) -> tuple[FloatArray, FloatArray, FloatArray, float]:
         """Return the memories that `observer_pi_step` advances, and the standard error of the model's fit [um]."""

@@ -17,7 +17,7 @@ from rtctl.loop.sampler import LoopParts, Sampler
 from rtctl.loop.step import Step
 from rtctl.recording.mapped import MappedRecorder
 from rtctl.recording.rows import Recorder
-from rtctl.safety.guards import GUARD, changes_too_fast, follows, mean_square_after
+from rtctl.safety.guards import GUARD, changes_too_fast, contradicts_model, follows, mean_square_after
 from rtctl.safety.limits import limit_command
 from rtctl.safety.plausibility import is_plausible
 from rtctl.timing.clock import (
@@ -56,6 +56,7 @@ def compile_kernels() -> None:
     is_plausible(0.0, 0.0, 0.0, 0, 0)
     changes_too_fast(0.0, 0.0, 0.0, 0.0)
     follows(np.zeros(1, dtype=GUARD), 0.0, 0.0, 0, 0, 0, 0, 0)
+    contradicts_model(np.zeros(1, dtype=GUARD), 0.0, 0.0, 0.0)
     mean_square_after(0.0, 0.0, 0.0, 1.0)
     due_tick(0, 0, 0, 1, 0)
     adapted_spin_ns(0.0, 0, 0.0, 0.0, 0.0)

@@ -55,7 +55,7 @@ def observer_part(model: Vo2Model, rest: Rest) -> Part:
             "resistance": resistance.params, "deflection": deflection.params,
         },
         memory=(
-            Memory("filter", filter_start(params, power), "s, probed s, b, m, P_bb, P_bm, P_mm"),
+            Memory("filter", filter_start(params, power), "s, probed s, b, m, P_bb, P_bm, P_mm, H"),
             Memory("resistance_stack", shortened(resistance.initial_state(rest.level), rest.extrema), stack),
             Memory("probed_stack", shortened(probed, rest.extrema), "the same, a little warmer"),
             Memory("deflection_stack", shortened(deflection.initial_state(rest.level), rest.extrema), "extrema of D"),
