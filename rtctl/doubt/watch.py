@@ -18,6 +18,7 @@ from rtctl.doubt.belief import Belief, Rows
 from rtctl.doubt.naming import Answer, answer_of
 from rtctl.doubt.reference_windows import NEW, ReferenceWindows
 from rtctl.doubt.sequential import CumulativeSum
+from rtctl.doubt.standing import Standing
 from rtctl.doubt.window import LEAST_MOTION, Window, window_of
 
 WINDOW_S = 1.0
@@ -80,6 +81,7 @@ class Watch:
         self._onset = 0
         self._off = 0
         self._said: set[str] = set()
+        self._standing, self._stuck = Standing(belief.reading_error), False
         self._before = (belief.reading_error**2, belief.output_error**2)
         """Mean square residuals of reading and output while nothing had changed yet."""
         self._changed = False
@@ -130,19 +132,18 @@ class Watch:
         self.windows += 1
         if self.windows == 1:
             return  # it holds the way from the cold device
-        window = window_of(rows, seen, self._belief.reading_error)
+        if self._standing.add(rows.sensed, seen.reading):
+            yield from self._stands(rows)
+            return
+        if self._stuck:  # it moves again: what it read meanwhile explains no change
+            self._stuck = False
+            self._kept.clear()
+            self._kept.append(rows)
+        window = window_of(rows, seen)
         self.gram += window.gram
         self.output_gram += window.output_gram
         self.blind += window.moved < LEAST_MOTION
         yield from self._check_estimate(window)
-        if window.stuck and "stuck" not in self._said:
-            self._said.add("stuck")
-            yield Finding(
-                "sensor",
-                window.last,
-                window.first,
-                "the reading stands still while the device must have moved",
-            )
         if self._to_name:
             self._to_name -= 1
             if not self._to_name:
@@ -153,6 +154,18 @@ class Watch:
             yield from self._learn(window)
             return
         yield from self._compare(window)
+
+    def _stands(self, rows: Rows) -> Iterator[Finding]:
+        """Say that the reading stands still, and name nothing else from it."""
+        self._to_name = 0
+        if not self._stuck:
+            self._stuck = True
+            yield Finding(
+                "sensor",
+                int(rows.samples[-1]),
+                int(rows.samples[0]),
+                "the reading stands still while the device must have moved",
+            )
 
     def _numbers(self, window: Window) -> FloatArray:
         least = FLOOR * self._belief.reading_error

@@ -15,8 +15,6 @@ from rtctl.doubt.belief import Predicted, Rows
 
 LEAST_MOTION = 0.01
 """Of the range: a window that moves less says nothing about how the device answers."""
-STUCK = 20.0
-"""Errors of the model by which its reading must have moved before one that stood still is stuck."""
 
 
 class Window(NamedTuple):
@@ -41,27 +39,22 @@ class Window(NamedTuple):
     """Where the window was: mean, lowest and highest of each coordinate (3 m,), in units of their ranges."""
     moved: float
     """How far it moved, of the range."""
-    stuck: bool
-    """Whether the reading stood still while the model's moved by many times its error."""
     gram: FloatArray
     """Products of the answers of the reading (directions, directions)."""
     output_gram: FloatArray
 
 
-def window_of(rows: Rows, seen: Predicted, error: float) -> Window:
+def window_of(rows: Rows, seen: Predicted) -> Window:
     """Return the numbers of a window of at least two rows.
 
     Args:
         rows: its rows.
         seen: what the model says of them.
-        error: the model's error of the reading.
     """
     r = seen.residual
     e = rows.reference - seen.output
     there = np.isfinite(e)
     motion = np.concatenate([seen.motion.mean(0), seen.motion.min(0), seen.motion.max(0)])
-    expected = np.ptp(seen.reading)
-    still = bool(np.ptp(rows.sensed) == 0.0)
     second = np.diff(r, n=2)
     return Window(
         int(rows.samples[0]), int(rows.samples[-1]),
@@ -73,7 +66,6 @@ def window_of(rows: Rows, seen: Predicted, error: float) -> Window:
         float(np.mean(np.abs(rows.estimate - seen.output))),
         motion,
         float(np.ptp(seen.motion[:, 0])),
-        bool(still and expected > STUCK * error),
         seen.answers.T @ seen.answers,
         seen.output_answers[there].T @ seen.output_answers[there],
     )  # fmt: skip

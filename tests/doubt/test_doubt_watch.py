@@ -167,6 +167,19 @@ def test_the_reference_tells_a_sensor_from_the_device_and_a_reading_that_stands_
     assert next(watch.feed(rows_of(0, 300, still=True))).kind == "sensor"
 
 
+def test_where_a_reading_stands_still_nothing_else_is_named() -> None:
+    """It sticks in the middle of a window, stays for the windows of a naming, and moves again."""
+    watch = Watch(Straight(), 0.01)
+    watch.restart(0.0)
+    found = list(watch.feed(rows_of(0, 1540)))
+    found += watch.feed(rows_of(1540, 1060, still=True))
+    found += watch.feed(rows_of(2600, 900))
+    found += watch.finish()
+    assert [one.kind for one in found] == ["learned", "sensor"]
+    assert found[1].message == "the reading stands still while the device must have moved"
+    assert found[1].since == 1500
+
+
 def test_memory_of_the_watch_is_bounded() -> None:
     watch = Watch(Straight(), 0.01)
     watch.restart(0.0)

@@ -255,7 +255,8 @@ def test_a_reading_that_stands_while_the_model_s_moves_is_stuck_both_ways(identi
     """The set-point steps after 100 samples of a cold film."""
     model = identified("vo2_a").model  # type: ignore[operator]
     low, high = model.deflection
-    answers: list[Measurement | Ended] = [healthy(k, model.resistance.high) for k in range(SETTLE + 400)]
+    cold = model.resistance.high
+    answers: list[Measurement | Ended] = [healthy(k, cold + min(k, 1)) for k in range(SETTLE + 400)]
     case = Case(
         answers=answers,
         rules=replace(LOCKSTEP, rates=(math.inf,), frozen_after=20, frozen_travel=math.inf),
