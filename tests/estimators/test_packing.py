@@ -7,7 +7,7 @@ import pytest
 
 from rtctl.estimators.composite import composite_step, packed_composite_step
 from rtctl.estimators.gap_free import gap_free_composite_step, packed_gap_free_composite_step
-from rtctl.estimators.observer import ObserverParams, observer_step, packed_observer_step
+from rtctl.estimators.observer import ObserverParams, filter_start, observer_step, packed_observer_step
 from rtctl.hysteresis.egpi import EgpiModel
 from rtctl.hysteresis.gap_free import GapFreeModel
 from rtctl.hysteresis.gpi import GpiModel
@@ -92,7 +92,7 @@ def test_the_gap_free_composite_in_a_memory_is_the_gap_free_composite():
 
 
 def test_the_observer_in_a_memory_is_the_observer():
-    x = np.array([13.0, 13.1, 0.0, 0.0, 1.0, 0.0, 1e-4])
+    x = filter_start(OBSERVER, 13.0)
     stacks = [PREISACH.initial_state(3.7) for _ in range(3)]
     memory = pack(x, *stacks, OBSERVER, PREISACH.params, PREISACH.params)
     for current, ohm in zip(currents(), (*resistances()[:-1], np.nan), strict=True):
