@@ -120,8 +120,7 @@ class Sampler:
         parts.energy.refuse_too_much(self.levels, period_s)
         self._record, self._record_timing = parts.signals.append, parts.timings.append
         self._guarded, self._timing, self._changes = parts.guard is not None, parts.timing, parts.changes
-        watches = parts.guard is not None and parts.guard.rules.frozen_after > 0
-        self._contradicted = parts.guard if watches and math.isfinite(step.reading_error) else None
+        self.contradicted = self._asking_the_model()
         self._wait, self._exchange, self._decide = parts.clock.wait, parts.driver.exchange, step.step
         self._refuse_too_much = parts.energy.refuse_too_much
 
@@ -219,8 +218,8 @@ class Sampler:
             setpoint, aimed, self.sent[0], commanded, reading.sensed, elapsed_s
         )
         self.levels = levels
-        if self._contradicted is not None:
-            self._contradicted.refuse_contradicted(
+        if self.contradicted is not None:
+            self.contradicted.refuse_contradicted(
                 self.step.model_reading(), reading.sensed[0], self.step.reading_error
             )
         self._refuse_too_much(levels, self.period_s)
@@ -247,6 +246,14 @@ class Sampler:
         else:
             parts.events.note(index, "change", name=change.name, value=change.value)
 
+    def _asking_the_model(self) -> ReadingGuard | None:
+        """Return the guard if it can ask the step's model whether a reading is stuck; it forgets another one's."""
+        guard = self.parts.guard
+        if guard is None or guard.rules.frozen_after <= 0 or not math.isfinite(self.step.reading_error):
+            return None
+        guard.forget_model()
+        return guard
+
     def _succeed(self, index: int) -> None:
         """Let the step of another model decide from sample `index` on; the limits stay. Raises InputError."""
         successor, self.parts.changes.successor = self.parts.changes.successor, None
@@ -256,6 +263,7 @@ class Sampler:
             raise InputError("rows of this run are missing, which the model's estimator would have to follow")
         self.step, self.upcoming = successor.step, successor.upcoming
         self._upcoming, self._decide = floats(self.upcoming), self.step.step
+        self.contradicted = self._asking_the_model()
         self.parts.events.note(index, MODEL, number=successor.number, since=successor.since)
 
     def record(self, row: tuple[float, ...], lateness_s: float, begun_ns: int, answered_ns: int) -> None:

@@ -283,9 +283,13 @@ class ReadingGuard:
         self.memory["equal"] = self.memory["anchored"] = 0
         for field in ("resolution", "mean_change", "mean_travel", "travel"):
             self.memory[field] = 0.0
-        self.memory["lagged"] = self.memory["model_from"] = math.nan
-        self.memory["apart"] = 0
+        self.memory["lagged"] = math.nan
+        self.forget_model()
         self.memory["place"] = self.memory["least_place"] = self.memory["most_place"] = 0.0
+
+    def forget_model(self) -> None:
+        """Forget what the model expected: another one expects something else."""
+        self.memory["model_from"], self.memory["apart"] = math.nan, 0
 
     def judge(
         self,

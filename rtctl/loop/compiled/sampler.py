@@ -136,8 +136,8 @@ class CompiledSampler:
         elif exit_reason is BlockExit.NOT_FINITE:
             parts.limits[0].clip(sampler.levels[0], 0.0, sampler.period_s)
         elif exit_reason is BlockExit.CONTRADICTED:
-            assert parts.guard is not None
-            parts.guard.explain_contradicted(sampler.step.model_reading(), sampler.reading.sensed[0])
+            assert sampler.contradicted is not None
+            sampler.contradicted.explain_contradicted(sampler.step.model_reading(), sampler.reading.sensed[0])
         else:
             parts.energy.refuse_too_much(sampler.levels, sampler.period_s)
             sampler.record(row, lateness_s, begun_ns, answered_ns)
@@ -154,7 +154,7 @@ class CompiledSampler:
         s["rms_window_s"] = limit.rms_window_s
         s["sensed_low"], s["sensed_high"] = plausible.sensed_low[0], plausible.sensed_high[0]
         s["judges_missed"] = parts.timing.judges
-        s["decides"], s["reading_error"] = NOTHING, math.inf
+        s["decides"], s["reading_error"] = NOTHING, math.inf  # it asks no model
         if parts.guard is not None:
             s["guarded"], s["rate"] = 1, parts.guard.rules.rates[0]
         self._take_step()
@@ -169,8 +169,7 @@ class CompiledSampler:
             *arrays, fit_error = step.kernel_arguments()
             self._decision = (arrays[0], arrays[1], arrays[2])
             s["decides"], s["fit_error"] = PI, fit_error
-            if parts.guard is not None and parts.guard.rules.frozen_after > 0:
-                s["reading_error"] = sampler.step.reading_error
+            s["reading_error"] = step.reading_error if self._sampler.contradicted is not None else math.inf
 
     def _lend_clock(self) -> None:
         """Set the fields of a live clock once it has started."""

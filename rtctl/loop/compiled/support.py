@@ -56,7 +56,7 @@ def compile_kernels() -> None:
     is_plausible(0.0, 0.0, 0.0, 0, 0)
     changes_too_fast(0.0, 0.0, 0.0, 0.0)
     follows(np.zeros(1, dtype=GUARD), 0.0, 0.0, 0, 0, 0, 0, 0)
-    contradicts_model(np.zeros(1, dtype=GUARD), 0.0, 0.0, 0.0)
+    contradicts_model(np.zeros(1, dtype=GUARD), 0.0, 1.0, 1.0)
     mean_square_after(0.0, 0.0, 0.0, 1.0)
     due_tick(0, 0, 0, 1, 0)
     adapted_spin_ns(0.0, 0, 0.0, 0.0, 0.0)
