@@ -16,10 +16,6 @@ what was learned on the slope before says nothing about it; nor, in open loop, a
 nothing switches until the width of the loops is crossed. A film answers late, so the command counts behind a lag of as
 many samples as must repeat.
 
-Where the estimator has a model of the reading, that model is asked as well (`contradicts_model`): a reading that stays
-to the bit, while the model's goes far beyond its own error and the reading's resolution and stays there, is stuck,
-however little the command moves, and on a slope of any steepness. On a plateau the model's reading stays as well.
-
 The loop in Python and its compiled blocks call the same kernels; these say only whether a reading passes, and leave
 their memory as it was if not, so that Python can explain why.
 """
@@ -39,6 +35,7 @@ from rtctl.border.errors import DriverError, Fault
 from rtctl.border.kernels import background_kernel, kernel
 from rtctl.border.records import Measurement
 from rtctl.safety.limits import CommandLimits
+from rtctl.safety.model_reading import LEAST_STEPS, contradicts_model, explained
 from rtctl.safety.plausibility import HALF_UINT32, UINT32, Finding
 
 ANCHOR_US = 1e6
@@ -48,10 +45,6 @@ LARGEST_RATE_ERROR = 0.05
 LEAST_TIME_TOLERANCE_US = 20_000.0
 LOCKSTEP_TOLERANCE_US = 2
 """How far a sample period of device time may be off in lockstep [us]: it is rounded to microseconds."""
-LEAST_STEPS = 10.0
-"""Steps of the resolution by which a live reading would have moved: with fewer expected it may well repeat."""
-MODEL_ERRORS = 20.0
-"""RMS errors of the model's reading by which it must have changed: a model is off by a few, in places by ten."""
 END_SHARE = 0.05
 """Of the span of the readings so far: nearer than that to its ends a reading may be on a plateau. A film with one
 domain left reads some percent more than the metallic one, and its transition spans a factor of ten and more."""
@@ -214,26 +207,6 @@ def follows(  # noqa: PLR0913
     return True
 
 
-@background_kernel
-def contradicts_model(guarded: Guarded, expected: float, sensed: float, error: float) -> bool:
-    """Return whether a reading that repeats has been contradicted by its model for `frozen_after` samples.
-
-    Args:
-        guarded: rules and memory, after `follows` has judged this reading; advanced.
-        expected: the model's reading of this sample, as a logarithm; its sign does not matter.
-        sensed: the reading [its unit].
-        error: RMS error of the model's reading, as a logarithm.
-    """
-    s = guarded[0]
-    if s.equal == 0 or math.isnan(s.model_from):
-        s.model_from, s.apart = expected, 0
-        return False
-    change = abs(expected - s.model_from)
-    is_far = change > MODEL_ERRORS * error and change * abs(sensed) > LEAST_STEPS * s.resolution
-    s.apart = s.apart + 1 if is_far else 0
-    return bool(0 < s.frozen_after <= s.apart)
-
-
 @kernel
 def mean_square_after(mean_square: float, level: float, period_s: float, window_s: float) -> float:
     """Return the mean square of a command after `level` was held for `period_s` [s]: the module's equation."""
@@ -343,13 +316,8 @@ class ReadingGuard:
     def explain_contradicted(self, expected: float, sensed: float) -> None:
         """Raise DriverError for a reading that `contradicts_model` has refused."""
         s = self.memory[0]
-        percent = 100.0 * math.expm1(abs(expected - float(s["model_from"])))
-        raise DriverError(
-            Fault.FROZEN_VALUE,
-            f"{self.rules.names[0]} has read {sensed!r} {int(s['equal']) + 1} times in a row while the model's reading "
-            f"changed by {percent:.3g} %: the sensor is stuck, or the device is far from its model; if both are "
-            "healthy, --set safety.frozen_after=0 leaves this check out",
-        )
+        change, repeats = abs(expected - float(s["model_from"])), int(s["equal"]) + 1
+        raise DriverError(Fault.FROZEN_VALUE, explained(self.rules.names[0], sensed, repeats, change))
 
     def _explain_rate(self, new: Measurement, previous: Measurement, elapsed_s: float) -> Finding:
         names, rates = self.rules.names, self.rules.rates

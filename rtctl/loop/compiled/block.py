@@ -32,8 +32,9 @@ from rtctl.loop.compiled.state import (
     Record,
 )
 from rtctl.loop.compiled.step import observer_pi_step
-from rtctl.safety.guards import changes_too_fast, contradicts_model, follows, mean_square_after
+from rtctl.safety.guards import changes_too_fast, follows, mean_square_after
 from rtctl.safety.limits import limit_command
+from rtctl.safety.model_reading import contradicts_model
 from rtctl.safety.plausibility import UINT32, is_plausible
 from rtctl.timing.clock import adapted_spin_ns, due_tick
 from rtctl.timing.step_timing import count_step

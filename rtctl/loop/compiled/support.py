@@ -17,8 +17,9 @@ from rtctl.loop.sampler import LoopParts, Sampler
 from rtctl.loop.step import Step
 from rtctl.recording.mapped import MappedRecorder
 from rtctl.recording.rows import Recorder
-from rtctl.safety.guards import GUARD, changes_too_fast, contradicts_model, follows, mean_square_after
+from rtctl.safety.guards import GUARD, changes_too_fast, follows, mean_square_after
 from rtctl.safety.limits import limit_command
+from rtctl.safety.model_reading import contradicts_model
 from rtctl.safety.plausibility import is_plausible
 from rtctl.timing.clock import (
     MonotonicClock,
