@@ -120,6 +120,8 @@ class Sampler:
         parts.energy.refuse_too_much(self.levels, period_s)
         self._record, self._record_timing = parts.signals.append, parts.timings.append
         self._guarded, self._timing, self._changes = parts.guard is not None, parts.timing, parts.changes
+        self.repeats = False
+        """Whether the present reading is the one before, to the bit."""
         self.contradicted = self._asking_the_model()
         self._wait, self._exchange, self._decide = parts.clock.wait, parts.driver.exchange, step.step
         self._refuse_too_much = parts.energy.refuse_too_much
@@ -189,6 +191,7 @@ class Sampler:
         refuse_implausible(self.parts, new, self.reading)
         if self._guarded:
             refuse_unlikely(self.parts, new, self.reading, self.levels[0], elapsed_s, begun_ns, answered_ns)
+        self.repeats = new.sensed == self.reading.sensed
         self.reading = new
         self.decide(index, elapsed_s, lateness_s, begun_ns, answered_ns)
 
@@ -218,7 +221,7 @@ class Sampler:
             setpoint, aimed, self.sent[0], commanded, reading.sensed, elapsed_s
         )
         self.levels = levels
-        if self.contradicted is not None:
+        if self.repeats and self.contradicted is not None:
             self.contradicted.refuse_contradicted(
                 self.step.model_reading(), reading.sensed[0], self.step.reading_error
             )

@@ -31,7 +31,7 @@ def contradicts_model(guarded: NDArray[Any], expected: float, sensed: float, err
         error: RMS error of the model's reading, as a logarithm.
     """
     s = guarded[0]
-    if s.equal == 0 or math.isnan(s.model_from):
+    if s.equal <= 1 or math.isnan(s.model_from):  # of a reading that has just changed, Python does not ask
         s.model_from, s.apart = expected, 0
         return False
     change = abs(expected - s.model_from)

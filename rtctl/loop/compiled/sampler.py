@@ -132,6 +132,7 @@ class CompiledSampler:
             sampler.complete(index, missed, lateness_s, new, begun_ns, answered_ns)
         elif exit_reason is BlockExit.CHANGE:
             sampler.acknowledge(sampler.reading)
+            sampler.repeats = bool(s["equal"])
             sampler.decide(index, (missed + 1) * sampler.period_s, lateness_s, begun_ns, answered_ns)
         elif exit_reason is BlockExit.NOT_FINITE:
             parts.limits[0].clip(sampler.levels[0], 0.0, sampler.period_s)
