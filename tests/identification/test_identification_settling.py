@@ -28,6 +28,7 @@ def staircase(time_constant_s: float, hold_s: float, period_s: float = 1e-3) -> 
         period_s=period_s,
         use="identify",
         signals={"current": current, "resistance": readings},
+        conditions={"excitation": "random"},
     )
 
 
@@ -67,6 +68,17 @@ def test_several_staircases_are_told_the_one_command_for_all() -> None:
     assert describe_holds([(settled, assess_settling(settled, 1.8e-3, 1e-5))]) == []
 
 
+def test_holds_of_a_record_of_others_are_told_without_a_command_that_does_not_make_it() -> None:
+    own = [replace(staircase(0.25, 0.1), name=name, conditions={}) for name in ("steps1", "r01-steps")]
+    said = describe_holds([(one, assess_settling(one, 0.25, 0.001)) for one in own])
+    assert len(said) == 2
+    for one in said:
+        assert "rtctl acquire" not in one
+        assert one.endswith(
+            'with holds of 1.5 s or more; if it is no quasi-static staircase, give it use = "fit"'
+        )
+
+
 def test_where_the_time_constant_is_not_known_the_last_samples_tell() -> None:
     record = staircase(0.25, 10e-3)
     found = assess_settling(record, 1.8e-3, np.inf)
@@ -87,7 +99,7 @@ def test_a_slow_device_is_not_run_with_a_model_of_the_way_and_is_identified_with
         rtctl.RunError, match=r"not to be trusted, so nothing was run with it: .*the holds of record r"
     ):
         rtctl.run("steps", settings=device)
-    longer = {f"excitation.{k}.hold": "1.5 s" for k in range(5)} | {"scenario.period": "50 ms"}
+    longer = {f"excitation.{k}.hold": "1.5 s" for k in range(7)} | {"scenario.period": "50 ms"}
     data = rtctl.acquire("acquire_vo2", tmp_path / "data", settings={**device, **longer})
     fit = rtctl.identify(data, plays=2, starts=2, cells=40)
     assert fit.trusted

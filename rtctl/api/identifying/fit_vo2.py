@@ -31,7 +31,7 @@ TOO_COARSE = (
     "where domains switch"
 )
 NOT_TRUSTED = (
-    "do not use this model: its static loops are those of a device on the way, not at rest; acquire again with holds "
+    "do not use this model: its static loops are those of a device on the way, not at rest; measure again with holds "
     "as long as the next notes say"
 )
 READS_AFTER = (

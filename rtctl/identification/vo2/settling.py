@@ -28,7 +28,11 @@ LONGER = 5.0
 """Times the hold that is advised where it is too short for an estimate of the time constant to be relied on."""
 UNSETTLED = (
     "the holds of record {name} ({hold}) end before the device has settled: {found}. The loops identified from it are "
-    "off by as much; hold at least {needed}, with rtctl acquire by {option}, until this note does not appear"
+    "off by as much; {advice}"
+)
+LONGER_HOLDS = "hold at least {needed}, with rtctl acquire by {option}, until this note does not appear"
+OF_OTHERS = (
+    'measure it again with holds of {needed} or more; if it is no quasi-static staircase, give it use = "fit"'
 )
 ALL_AT_ONCE = (
     "these holds in one command: rtctl acquire acquire_vo2 {}, and --set driver... as for these data"
@@ -97,24 +101,36 @@ def describe_settling(record: Record, settling: Settling) -> str:
         name=record.name,
         hold=_duration(settling.hold_s),
         found=found,
-        needed=_needed(settling),
-        option=_option(record, settling),
+        advice=_advice(record, settling),
     )
 
 
 def describe_holds(settled: Sequence[tuple[Record, Settling]]) -> list[str]:
-    """Return a sentence for each staircase whose holds are too short, and the one command for several of them."""
+    """Return a sentence for each staircase whose holds are too short, and the one command for several acquired ones."""
     short = [(record, one) for record, one in settled if one.is_short]
     notes = [describe_settling(record, one) for record, one in short]
-    if len(short) > 1:
-        notes.append(ALL_AT_ONCE.format(" ".join(_option(record, one) for record, one in short)))
+    acquired = [_option(record, one) for record, one in short if _excitation_number(record) is not None]
+    if len(acquired) > 1:
+        notes.append(ALL_AT_ONCE.format(" ".join(acquired)))
     return notes
+
+
+def _advice(record: Record, settling: Settling) -> str:
+    """Return what to do: the option of `rtctl acquire` only where it made the record."""
+    if _excitation_number(record) is None:
+        return OF_OTHERS.format(needed=_needed(settling))
+    return LONGER_HOLDS.format(needed=_needed(settling), option=_option(record, settling))
+
+
+def _excitation_number(record: Record) -> int | None:
+    """Return the number of the excitation of which `rtctl acquire` made a record; None: it did not make it."""
+    number = re.match(r"r(\d+)-", record.name)
+    return int(number.group(1)) if number and "excitation" in record.conditions else None
 
 
 def _option(record: Record, settling: Settling) -> str:
     """Return the option of `rtctl acquire` that makes the holds of a record as long as needed."""
-    number = re.match(r"r(\d+)-", record.name)
-    return f'--set "excitation.{int(number.group(1)) if number else 0}.hold={_needed(settling)}"'
+    return f'--set "excitation.{_excitation_number(record)}.hold={_needed(settling)}"'
 
 
 def _needed(settling: Settling) -> str:

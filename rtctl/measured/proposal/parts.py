@@ -14,6 +14,7 @@ from rtctl.measured.columns.time_axis import LONGEST_GAP, rising
 from rtctl.measured.proposal.instants.time_base import read_time
 from rtctl.measured.proposal.proposal import RecordGuess, TimeGuess
 from rtctl.measured.proposal.survey import Survey
+from rtctl.measured.proposal.uses.staircases import BY_NAME, Use, says_test
 
 FEWEST_ROWS = 60
 """Rows below which a file is not cut into fit and test."""
@@ -21,7 +22,6 @@ TEST_SHARE = 1.0 / 3.0
 LEAST_PART = 0.05
 """Share of the longest part between gaps below which a part is left out."""
 MOST_PARTS = 20
-_TEST_NAME = re.compile(r"(?:^|[^a-z])(test|val|valid|validation|holdout)(?:[^a-z]|$)", re.IGNORECASE)
 LONGEST_TITLE = 60
 """Characters of a title that are shown."""
 LAST_THIRD, NO_TEST = "last-third", "none"
@@ -99,7 +99,7 @@ def propose_records(
     parts: Sequence[list[tuple[int, int]]],
     rates: Sequence[float | None],
     test: str | None,
-    staircase: Sequence[bool],
+    uses: Sequence[Use],
 ) -> tuple[RecordGuess, ...]:
     """Return the records of all files, each with its use.
 
@@ -108,24 +108,22 @@ def propose_records(
         parts: Rows of the records of each file.
         rates: Rate of each file [Hz], where it is to be written.
         test: What the user said of test records, or None.
-        staircase: Whether each file is a quasi-static staircase, which is identified as a whole.
+        uses: What each file is for but for tests; what is identified is not cut.
 
     Raises:
         InputError: `test` names no file.
     """
     found = []
     names = _names(surveys)
-    for survey, rows, rate_hz, name, steps in zip(surveys, parts, rates, names, staircase, strict=True):
+    for survey, rows, rate_hz, name, use in zip(surveys, parts, rates, names, uses, strict=True):
         for one in rows:
             whole = one == (0, survey.rows)
-            use = "identify" if steps else "fit"
-            why = "a quasi-static staircase" if steps else ""
-            found.append(RecordGuess(file=survey.path, group=survey.group, title=_title(survey), use=use, why=why,
-                                     rows=None if whole else one, name=name, rate_hz=rate_hz))  # fmt: skip
+            found.append(RecordGuess(file=survey.path, group=survey.group, title=_title(survey), use=use.use,
+                                     why=use.why, rows=None if whole else one, name=name, rate_hz=rate_hz))  # fmt: skip
     _check_test(found, test)
-    if all(staircase) or test == NO_TEST:
+    if test == NO_TEST:
         return tuple(found)
-    if len(found) == 1:
+    if len(found) == 1 and found[0].use != "identify":
         return _cut_in_two(found[0], surveys[0].rows)
     return _choose_tests(found, test)
 
@@ -168,9 +166,10 @@ def _cut_in_two(record: RecordGuess, rows: int) -> tuple[RecordGuess, ...]:
     return fit, replace(record, rows=(first, end), ignore_first=cut - first, use="test", why=why)
 
 
-def _called(record: RecordGuess) -> str:
+def called(record: RecordGuess | Survey) -> str:
     """Return how a record is called: its group with its title, else its file."""
-    return record.file.stem if record.group is None else f"{record.group} {record.title}"
+    path, title = (record.path, _title(record)) if isinstance(record, Survey) else (record.file, record.title)
+    return path.stem if record.group is None else f"{record.group} {title}"
 
 
 def _check_test(records: Sequence[RecordGuess], test: str | None) -> None:
@@ -186,11 +185,11 @@ def _check_test(records: Sequence[RecordGuess], test: str | None) -> None:
 def _choose_tests(records: Sequence[RecordGuess], test: str | None) -> tuple[RecordGuess, ...]:
     names = [(one.file.name, one.group) for one in records]
     usable = [k for k, one in enumerate(records) if one.use != "identify"]
-    named = [k for k in usable if _TEST_NAME.search(_called(records[k]))]
+    named = [k for k in usable if says_test(called(records[k]))]
     if test is not None and test != LAST_THIRD:
-        chosen, why = [k for k in usable if test in names[k]], "you said so"
-    elif named and len(named) < len(usable):
-        chosen, why = named, "its name says so"
+        chosen, why = [k for k, one in enumerate(names) if test in one], "you said so"
+    elif named and len(named) < len(records):
+        chosen, why = named, BY_NAME
     elif len(usable) < 2:
         chosen, why = [], ""
     else:

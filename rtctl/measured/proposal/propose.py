@@ -7,8 +7,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-import numpy as np
-
 from rtctl.border.errors import InputError
 from rtctl.measured.manifest.signal_kinds import measured_kinds
 from rtctl.measured.proposal.between_rows.hold import find_hold
@@ -28,16 +26,18 @@ from rtctl.measured.proposal.naming.column_units import (
 from rtctl.measured.proposal.naming.unit_roles import check_motion, check_swapped, doubts_about_units
 from rtctl.measured.proposal.own_equations.roles import assign_named_roles
 from rtctl.measured.proposal.own_equations.signals import with_named_signals, with_signals
-from rtctl.measured.proposal.parts import find_parts, propose_records
+from rtctl.measured.proposal.parts import NO_TEST, called, find_parts, propose_records
 from rtctl.measured.proposal.proposal import Answers, Open, Proposal, RecordGuess, SignalGuess, TimeGuess
 from rtctl.measured.proposal.roles import Choice, Roles, assign_roles
 from rtctl.measured.proposal.scales import given_scales, scale_of
 from rtctl.measured.proposal.survey import Survey
 from rtctl.measured.proposal.sweeps import find_sweep, propose_sweeps
+from rtctl.measured.proposal.uses.staircases import Use, doubts_about_uses, look_at_staircase, propose_uses
 from rtctl.registry import PlantKind, plant_kind
 
-STAIR_LEVELS, STAIR_ROWS = 20, 3
-"""Fewest levels, and rows of a level, of a quasi-static staircase."""
+NO_STAIRCASE = (
+    "current: no quasi-static staircase, which rtctl identify needs of a vo2 (acquire_vo2 plays one)"
+)
 NO_SIGNAL = "no signal of this kind of plant or model"
 
 
@@ -282,26 +282,27 @@ def _records(
     rates = [
         one.rate_hz if rounded else told_rate_hz(survey) for one, survey in zip(stamps, surveys, strict=True)
     ]
-    drive = next((one.column for one in signals if one.role == "input"), None)
-    steps = [plant == "vo2" and drive is not None and _is_staircase(survey, drive) for survey in surveys]
-    if plant == "vo2" and not any(steps):
-        notes.append(
-            "current: no quasi-static staircase, which rtctl identify needs of a vo2 (acquire_vo2 plays one)"
-        )
-    records = propose_records(surveys, parts, rates, answers.test, steps)
+    uses = _uses(surveys, signals, plant)
+    records = propose_records(surveys, parts, rates, answers.test, uses)
+    if plant == "vo2" and not any(one.use == "identify" for one in records):
+        notes.append(NO_STAIRCASE)
+    elif plant == "vo2":
+        told = list(dict.fromkeys((one.group or one.file.name, Use(one.use, one.why)) for one in records))
+        notes += doubts_about_uses(told, tested=answers.test != NO_TEST)
     return records, replace(time, resample=bool(uneven), rounded=rounded), notes
+
+
+def _uses(surveys: Sequence[Survey], signals: Sequence[SignalGuess], plant: str) -> list[Use]:
+    """Return what each file is for but for tests: of a vo2 its staircases are identified, else everything is fitted."""
+    columns = {one.name: one.column for one in signals}
+    if plant != "vo2" or "current" not in columns:
+        return [Use("fit", "")] * len(surveys)
+    shown = [look_at_staircase(one, columns["current"], columns.get("resistance")) for one in surveys]
+    return propose_uses(shown, [called(one) for one in surveys])
 
 
 def _of_group(survey: Survey) -> str:
     return "" if survey.group is None else f', group "{survey.group}"'
-
-
-def _is_staircase(survey: Survey, column: str) -> bool:
-    values = survey.columns[column].values if column in survey.columns else None
-    if values is None or len(values) < 2:
-        return False
-    changes = np.flatnonzero(np.diff(values))
-    return len(changes) >= STAIR_LEVELS and float(np.median(np.diff(changes))) >= STAIR_ROWS
 
 
 def _leftovers(
