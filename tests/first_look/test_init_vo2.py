@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 from first_look_cases import write_text
 
@@ -112,3 +114,32 @@ def test_what_is_still_to_come_is_that_of_the_heating(
     current, resistance, _ = readings(levels, hold_s, tau_s)
     found = measure_staircase(current, resistance)
     assert found.to_come == pytest.approx(np.exp(-hold_s / tau_s), abs=0.03, rel=0.3)
+
+
+def own_recording(path: Path, *texts: str) -> Path:
+    """What a run records beside the signals, with the texts that it writes into the file."""
+    current, resistance, deflection = readings(SWEEP + 0.01 * np.sin(np.arange(len(SWEEP))), 0.001, 2e-3)
+    columns = {"setpoint": (deflection + 0.1, "um"), "estimate": (deflection - 0.2, "um"),
+               "estimate_standard_error": (0.1 + 0.01 * deflection, "um"), "deflection": (deflection, "um"),
+               "resistance": (resistance, "ohm"), "current": (current, "mA"), "feedforward": (current, "mA"),
+               "device_time": (1e3 * np.arange(len(current)), "us")}  # fmt: skip
+    fields = [pa.field(name, pa.float64(), metadata={"unit": unit}) for name, (_, unit) in columns.items()]
+    schema = pa.schema(fields, metadata=dict(one.split("=") for one in texts))
+    pq.write_table(pa.table([one for one, _ in columns.values()], schema=schema), path)
+    return path
+
+
+def test_the_programs_own_recording_has_its_deflection_and_a_held_current(tmp_path: Path) -> None:
+    found = rtctl.init(own_recording(tmp_path / "signals.parquet", "program=rtctl", "scenario=[clock]"),
+                       out=tmp_path / "new", plot=False)  # fmt: skip
+    assert found.dataset.holds == {"current": "zero"}
+    guesses = {one.name: one.column for one in found.proposal.signals}
+    assert guesses == {name: name for name in ("current", "resistance", "deflection")}
+    assert not any("between its rows" in one for one in found.unsure)
+    assert any("timing.skew" in one for one in found.unsure)
+
+
+def test_a_simulation_written_by_the_program_says_nothing_of_the_hold(tmp_path: Path) -> None:
+    path = own_recording(tmp_path / "r00.parquet", "program=rtctl", "record=r00")
+    found = rtctl.init(path, out=tmp_path / "new", plot=False)
+    assert found.dataset.holds == {"current": "linear"}

@@ -23,6 +23,7 @@ from rtctl.measured.proposal.naming.column_units import (
     is_logarithm,
     read_column,
 )
+from rtctl.measured.proposal.naming.own_recording import without_computed
 from rtctl.measured.proposal.naming.unit_roles import check_motion, check_swapped, doubts_about_units
 from rtctl.measured.proposal.own_equations.roles import assign_named_roles
 from rtctl.measured.proposal.own_equations.signals import with_named_signals, with_signals
@@ -98,12 +99,13 @@ def _columns(surveys: Sequence[Survey], answers: Answers, time: TimeGuess) -> _F
         _check_two_signals(surveys[0], time)
     given = given_signals(answers, kind.signals, surveys[0].columns)
     _check_given(given, surveys[0])
+    candidates, computed = without_computed(surveys[0], candidates, kind.signals)
     roles = (
         assign_named_roles(candidates, kind, given, answers)
         if kind.free_signals
         else assign_roles(candidates, kind, given)
     )
-    return _Found(candidates, unused, kind, given, roles, answers, plant, plant_why)
+    return _Found(candidates, unused | computed, kind, given, roles, answers, plant, plant_why)
 
 
 def refuse_open(proposal: Proposal, files: Sequence[str]) -> None:

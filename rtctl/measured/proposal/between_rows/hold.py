@@ -10,6 +10,7 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError, nearest
 from rtctl.measured.proposal.between_rows.told_hold import told_hold
+from rtctl.measured.proposal.naming.own_recording import is_own_recording, is_own_run
 
 HOLDS = ("linear", "zero", "band-limited")
 HELD_SHARE = 0.5
@@ -19,6 +20,10 @@ UNSEEN = (
     '{name}: how it goes on between its rows cannot be seen, as it changes from row to row: hold = "linear" (straight '
     "lines) is taken; where a converter holds each value until the next one, say --hold zero, or the model is off by "
     "half a sample of delay"
+)
+READ_AT_THE_END = (
+    "{name}: a recorded run; in lockstep its readings are of the end of their row's period, one row earlier than "
+    "those of a dataset: a timing.skew of one period is that and no fault; rtctl acquire writes them at their place"
 )
 
 
@@ -45,6 +50,9 @@ def find_hold(said: str | None, name: str, values: FloatArray | None, texts: Map
             raise InputError(f"--hold {said}: is none of {', '.join(HOLDS)}{nearest(said, HOLDS)}")
         contrary = f'{name}: hold = "{said}", as you said, but {where} says that a converter holds its values'
         return Hold(said, SAID, (contrary,) if where and said != "zero" else ())
+    if is_own_recording(texts):
+        doubts = (READ_AT_THE_END.format(name=name),) if is_own_run(texts) else ()
+        return Hold("zero", "rtctl recorded it, and holds each value for one period", doubts)
     if where:
         return Hold("zero", f"by {where}", (f'{name}: hold = "zero" by {where}',))
     steps = np.diff(values) if values is not None else np.empty(0)
