@@ -113,7 +113,7 @@ def diagnose(
         answer = explain_by_changed_signals(answer, request, data.simulation, holdout)
         told = [cause.id for cause in answer.causes]
         notes += (*first.notes, *found.notes)
-        notes += tuple(note_large_shifts(data.simulation, search.nominal, problem, told))
+        notes += tuple(note_large_shifts(data.simulation, answer.kept, problem, told))
         answer = replace(answer, warnings=(*notes, *answer.warnings))
         is_final = answer.verdict != "adequate" or whole is not None
         if not is_final:

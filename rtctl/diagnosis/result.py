@@ -17,6 +17,7 @@ from rtctl.diagnosis.residual.localization import Location
 from rtctl.diagnosis.residual.missing_force import MissingForce
 from rtctl.diagnosis.residual.noise_floor import residual_over_noise
 from rtctl.diagnosis.residual.parameter_estimates import estimates_by_mechanism
+from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 from rtctl.diagnosis.search.holdout_error import Gain
 from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.verification.whole_record_fits import Fits
@@ -191,10 +192,14 @@ class Diagnosis:
         return self.loop is not None and self.loop.after * least <= self.loop.before
 
     @property
+    def kept(self) -> TestedHypothesis:
+        """The fit that the answer is about: of the extended model, or where no cause is named of the nominal one."""
+        return self.fits.after if self.causes else self.fits.before
+
+    @property
     def derived(self) -> tuple[Derived, ...]:
         """Return what follows from the parameters of the extended model, or of the re-fitted nominal one."""
-        tested = self.fits.after if self.causes else self.fits.before
-        estimates = estimates_by_mechanism(tested)
+        estimates = estimates_by_mechanism(self.kept)
         return tuple(self.problem.subject.derive(self.model, estimates, self.units, self.problem))
 
     @property

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from diagnosis_cases import answer_to, device, measured, noise_drive
+from diagnosis_cases import FRICTION, answer_to, device, measured, noise_drive
 
 
 @pytest.mark.parametrize(("factor", "said"), [(-1.0, True), (3.0, True), (1.2, False)])
@@ -18,3 +18,14 @@ def test_a_drive_gain_of_another_sign_or_size_is_said(tmp_path: Path, factor: fl
     if said:
         assert "drive_gain from 430" in moved[0]
         assert f"{430.0 * factor:.0f}"[:2] in moved[0]
+
+
+def test_a_value_that_the_named_cause_brings_back_is_not_said(tmp_path: Path) -> None:
+    plant = device(
+        FRICTION
+    )  # beside which the damping of the nominal re-fit is more than twice that of the file
+    records = [(drive, measured(plant, drive), use)
+               for k, use in ((1, "fit"), (2, "test")) for drive in [noise_drive(k, level=3.0)]]  # fmt: skip
+    found = answer_to(tmp_path, records)
+    assert [cause["id"] for cause in found["causes"]] == ["friction.coulomb"]
+    assert not any("the re-fit changed" in warning for warning in found["warnings"])

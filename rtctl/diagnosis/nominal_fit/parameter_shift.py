@@ -25,20 +25,20 @@ STARTS = (
 
 
 def note_large_shifts(
-    given: Simulation, refitted: TestedHypothesis, problem: Problem, told: Collection[str] = ()
+    given: Simulation, kept: TestedHypothesis, problem: Problem, told: Collection[str] = ()
 ) -> list[str]:
     """Note the values that the re-fit changed by far, without those that are `told` as causes.
 
     Args:
         given: The model of the file.
-        refitted: The same, re-fitted.
+        kept: The fit that the answer is about: with its causes, which may bring a value back to the file's.
         problem: Records that were fitted.
         told: Ids of causes: `parameter.NAME`, or of a mechanism that a parameter imitates.
     """
     limits = problem.thresholds.nominal_fit
     shifted = []
     of_file = {one.name: one for one in given.parameters}
-    for name, now in estimates_of(refitted, "").items():
+    for name, now in estimates_of(kept, "").items():
         before = of_file[name]
         if before.declared.neutral == 0.0 and before.declared.default is not None:
             most = limits.shifted_offset_scales * before.declared.scale(problem.scales)
