@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -41,7 +42,7 @@ def write(path: Path, levels: np.ndarray, hold_s: float, tau_s: float = 2e-3) ->
     return write_text(path, HEAD, 1e-3 * np.arange(len(columns[0])), *columns)
 
 
-def uses(files: list[Path], **answers: str) -> tuple[list[str], str]:
+def uses(files: list[Path], **answers: Any) -> tuple[list[str], str]:
     found = rtctl.init(files, out=files[0].parent / "new", plot=False, force=True, **answers)
     return [one.use for one in found.dataset.records], "\n".join(found.unsure)
 
