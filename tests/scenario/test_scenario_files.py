@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pyarrow.parquet as pq
 import pytest
 from vo2_cases import SCENARIOS
@@ -11,6 +12,7 @@ from wire_cases import settings, signals_of, summary_of
 
 from rtctl.cli import main
 from rtctl.scenario.bundled import find_scenario
+from rtctl.scenario.command_sequence import command_sequences
 from rtctl.scenario.schema import load_scenario
 
 FILES = sorted(SCENARIOS.glob("*.toml"))
@@ -32,6 +34,21 @@ def run(name: str, model: Path, out: Path, *overrides: str, plot: bool = False) 
 def test_the_scenarios_that_were_asked_for_are_there() -> None:
     assert len(RUNS) >= 7
     assert (SCENARIOS / "acquire_vo2.toml").is_file()
+
+
+@pytest.mark.parametrize("use", ["fit", "test"])
+def test_the_acquisition_has_single_small_steps_after_jumps_that_a_source_may_ignore(use: str) -> None:
+    scenario, _ = load_scenario(SCENARIOS / "acquire_vo2.toml", [])
+    whole = sum(map(len, command_sequences(scenario)))
+    levels = command_sequences(scenario)[5 if use == "fit" else 6]
+    assert scenario.excitation[5 if use == "fit" else 6].use == use
+    steps = np.diff(levels)
+    steps = np.abs(steps[steps != 0.0]) / (scenario.limits.high - scenario.limits.low)
+    small, before = steps[1::3], steps[::3]
+    assert before.min() > 0.3
+    assert np.sum(small < 0.01) >= 5
+    assert np.sum((small > 0.01) & (small < 0.031)) >= 5
+    assert len(levels) < 0.05 * whole
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
