@@ -126,6 +126,14 @@ class JournalledDevice(SimulatedDevice):
         self._entries.append(Entry(event, self._journalled.now_us, number, values))
 
 
+def is_journal(path: Path) -> bool:
+    """Return whether the file at `path` is a journal, or empty."""
+    if not path.is_file():
+        return False
+    with path.open("rb") as file:
+        return file.readline().strip() in (b"", ",".join(Entry._fields).encode())
+
+
 def read_journal(path: Path) -> list[Entry]:
     """Return the entries of a journal file."""
     with path.open(encoding="utf-8", newline="") as file:

@@ -20,6 +20,13 @@ def serve_plant(name: str, seed: int | None, where: ServedAt) -> None:
     serve(build_device(name, Path(), seed), Wires(**where.wires()), where.journal)
 
 
+def is_journal(path: Path) -> bool:
+    """Return whether a file is the journal of a simulated device, or empty."""
+    from plant_sim.journal import is_journal
+
+    return is_journal(path)
+
+
 def build_bench(
     name: str, seed: int | None, faults: ServedFaults, *, has_journal: bool, is_inspected: bool
 ) -> Bench:

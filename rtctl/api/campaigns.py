@@ -81,11 +81,11 @@ def reproduce_study(
         The content of `results.json`.
 
     Raises:
-        InputError: There is no such study.
+        InputError: There is no such study, or a file of another origin is in the way.
     """
     from datetime import date
 
-    from rtctl.reproduce.report import write_report
+    from rtctl.reproduce.report import check_folder, write_report
     from rtctl.reproduce.run import run_study
     from rtctl.version import __version__
 
@@ -93,6 +93,7 @@ def reproduce_study(
         raise InputError(f'no study "{study}"{nearest(str(study), STUDIES)}')
     require("matplotlib", "rtctl reproduce")
     folder, report = path_of("out", out), reporter(progress)
+    check_folder(folder)
     plan = importlib.import_module(f"rtctl.reproduce.{study}.study").STUDY
     sections = run_study(
         plan, folder, short=short, report=lambda line: report.say(f"reproduce {study}: {line}")

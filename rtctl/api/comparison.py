@@ -17,6 +17,7 @@ from rtctl.extras import can_draw, require
 from rtctl.measured.dataset import Dataset
 from rtctl.output.interrupt import stop_on_interrupt
 from rtctl.output.notebook import html_table, number
+from rtctl.output.own_files import refuse_foreign, refuse_read
 from rtctl.output.progress import Progress, reporter
 from rtctl.session.validation.free_run_growth import describe_growth, is_unpredictable
 from rtctl.session.validation.model_validation import (
@@ -141,14 +142,15 @@ class Comparison:
 
         target = path_of("folder", folder)
         target.mkdir(parents=True, exist_ok=True)
+        check_folder(target, self._dataset, None)
         (target / "summary.json").unlink(missing_ok=True)  # of an earlier comparison in the same folder
         for compared in self.records.values() if target != self._written else ():
             write_prediction(target, compared, self.units, self.inputs)
-        write_json(target / "summary.json", dict(self.summary))
+        write_json(target / "summary.json", dict(self.summary), "simulate")
         if plot and can_draw():
             from rtctl.plots.elements.style import save_png
 
-            save_png(self.plot(), target / "worst.png")
+            save_png(self.plot(), target / "worst.png", "simulate")
         return target
 
     def __repr__(self) -> str:
@@ -187,7 +189,7 @@ def simulate(
         progress: True shows a bar, a callable hears (text, share that is done).
 
     Raises:
-        InputError: A file is wrong, or model and data do not fit.
+        InputError: A file is wrong, model and data do not fit, or a file of another origin is in the way.
         KeyboardInterrupt: Ctrl-C; a comparison of half the records would not say which one is the worst.
     """
     folder = None if out is None else path_of("out", out)
@@ -199,6 +201,7 @@ def simulate(
     simulation = simulation_of(model.kind, model.content, stored, source)
     if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)
+        check_folder(folder, stored, model.source)
         (folder / "summary.json").unlink(missing_ok=True)  # of an earlier comparison in the same folder
     with stop_on_interrupt() as stop, report.bar(stored.name, len(stored)) as advance:
         found = compare_dataset(simulation, stored, folder, stop, advance, source=source)
@@ -212,6 +215,17 @@ def simulate(
         _dataset=stored,
         _written=folder,
     )
+
+
+def check_folder(folder: Path, dataset: StoredDataset, model: Path | None) -> None:
+    """Raise InputError where a comparison would replace a file that it reads or that no comparison wrote."""
+    names = ("summary.json", "worst.png", *(f"{head.name}.parquet" for head in dataset.heads))
+    targets = [folder / name for name in names]
+    beside = dataset.path.parent
+    files = [beside / head.file for head in dataset.heads if head.file]
+    refuse_read(targets, [dataset.path, *files, *([] if model is None else [model])])
+    for target in targets:
+        refuse_foreign(target, "simulate")
 
 
 def _unpredictable_records(summary: Mapping[str, Any]) -> list[str]:

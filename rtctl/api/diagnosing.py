@@ -22,6 +22,7 @@ from rtctl.extras import require
 from rtctl.measured.dataset import Dataset
 from rtctl.output.interrupt import stop_on_interrupt
 from rtctl.output.notebook import html_table, number
+from rtctl.output.own_files import refuse_read
 from rtctl.output.progress import Progress, Reporter, reporter
 
 if TYPE_CHECKING:
@@ -131,10 +132,15 @@ class Diagnosis:
 
         The model is written only where `model` is not None, the next experiment only where something is open. Files of
         an earlier answer are removed; the JSON file is written last, so that a folder that has it is whole.
+
+        Raises:
+            InputError: A file of another origin is in the way, or the diagnosed model itself is.
         """
-        from rtctl.diagnosis.report.files import write_diagnosis
+        from rtctl.diagnosis.report.files import NAMES, write_diagnosis
 
         target = path_of("folder", folder)
+        source = self.nominal.source
+        refuse_read((target / name for name in NAMES), [] if source is None else [source])
         write_diagnosis(target, self.answer, self.dataset, self._provenance(target))
         return target
 

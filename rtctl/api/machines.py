@@ -85,6 +85,8 @@ def serve(  # noqa: PLR0913
     from rtctl.scenario.serving import ServedAt, ServedFaults, read_faults
     from rtctl.wiring_served import serve_plant
 
+    if journal is not None:
+        _check_journal(path_of("journal", journal))
     paths = {"rtu_path": rtu_path, "serial_path": serial_path, "journal": journal}
     where = ServedAt(
         tcp=tcp,
@@ -106,6 +108,14 @@ def serve(  # noqa: PLR0913
         record=None if record is None else path_of("record", record),
         page=None if isinstance(page, bool) else page, has_page=page is not False,
     )  # fmt: skip
+
+
+def _check_journal(path: Path) -> None:
+    """Raise InputError where something is at `path` that is no journal of a device."""
+    from rtctl.wiring_served import is_journal
+
+    if path.exists() and not is_journal(path):
+        raise InputError(f"{path}: is there already, and no journal of rtctl serve: choose another --journal")
 
 
 def demonstrate(
@@ -164,7 +174,7 @@ class Latency:
 
         target = path_of("folder", folder)
         target.mkdir(parents=True, exist_ok=True)
-        write_json(target / "latency.json", self.to_dict())
+        write_json(target / "latency.json", self.to_dict(), "latency")
         if can_draw():
             self._draw(target / "latency.png")
         return target

@@ -58,7 +58,7 @@ def draw_campaign(plan: Plan, folder: Path) -> None:
             axes.set_ylabel(asked.replace("_", " ") + (f" [{unit}]" if unit else ""))
         axes.set_xlabel(_label(plan, picture.x))
         headline(figure, plan.campaign.campaign.title, f"{plan.design.samples:,} trajectories")
-        save_png(figure, folder / "campaign.png")
+        save_png(figure, folder / "campaign.png", "sweep")
 
 
 def _label(plan: Plan, name: str) -> str:

@@ -61,7 +61,7 @@ def run_campaign(
         "wall_s": time.monotonic() - begun,
         **counted(store),
     }
-    write_json(folder / "summary.json", summary)
+    write_json(folder / "summary.json", summary, "sweep")
     return summary
 
 

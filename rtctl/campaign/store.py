@@ -10,6 +10,7 @@ from rtctl.border.errors import InputError
 from rtctl.campaign.plan import Plan, described
 from rtctl.evaluation.metrics import write_json
 from rtctl.output.atomic_write import replacing
+from rtctl.output.own_files import refuse_foreign
 
 
 class Store(NamedTuple):
@@ -33,8 +34,13 @@ class Store(NamedTuple):
 
 
 def open_store(folder: Path, plan: Plan) -> Store:
-    """Open the folder of this campaign, new or resumed. Raises InputError where it holds another campaign."""
+    """Open the folder of this campaign, new or resumed.
+
+    Raises InputError where it holds another campaign, or a file of another origin is in the way.
+    """
     file = folder / "campaign.json"
+    for name in (file.name, "summary.json", "campaign.png"):
+        refuse_foreign(folder / name, "sweep")
     if file.is_file():
         found = json.loads(file.read_text(encoding="utf-8"))
         if found.get("fingerprint") != plan.fingerprint:
@@ -45,5 +51,5 @@ def open_store(folder: Path, plan: Plan) -> Store:
     elif any(folder.glob("parts/part-*.parquet")):
         raise InputError(f"--out {folder}: holds parts but no campaign.json; name another folder")
     else:
-        write_json(file, described(plan))
+        write_json(file, described(plan), "sweep")
     return Store(folder)

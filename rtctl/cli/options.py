@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from rtctl.border.errors import InputError
+from rtctl.output.own_files import refuse_foreign, refuse_read
 
 
 def output_folder(path: Path) -> Path:
@@ -41,9 +42,14 @@ def print_json(content: Mapping[str, Any] | Sequence[Any]) -> None:
     print(json.dumps(finite(content), indent=2))
 
 
-def output_file(path: Path, what: str = "a model file") -> Path:
-    """Return `path` after a check that a file can be written there. Raises InputError."""
+def output_file(path: Path, what: str, command: str, sources: Sequence[Path] = ()) -> Path:
+    """Return `path` after a check that `command` may write a file there, which is none of its `sources`.
+
+    Raises InputError also where a file is there that this command did not write.
+    """
     output_folder(path.parent)
     if path.is_dir():
         raise InputError(f"--out {path}: is a folder, {what} is needed")
+    refuse_read([path], sources)
+    refuse_foreign(path, command)
     return path

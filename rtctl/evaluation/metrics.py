@@ -12,6 +12,7 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.output.atomic_write import replacing
+from rtctl.output.own_files import mark_of
 
 
 class ErrorScore(NamedTuple):
@@ -65,10 +66,20 @@ def score(wanted: FloatArray, reference: FloatArray, output_range: float) -> Err
     return ErrorScore(*figures, *(100.0 * figure / output_range for figure in figures))
 
 
-def write_json(path: Path, content: Mapping[str, Any]) -> None:
-    """Write a JSON file, whole or not at all; numbers that are not finite become null."""
-    text = json.dumps(finite(content), indent=2, allow_nan=False, ensure_ascii=False)
-    with replacing(path) as partial:
+def write_json(path: Path, content: Mapping[str, Any], command: str) -> None:
+    """Write a JSON file, whole or not at all; numbers that are not finite become null.
+
+    Args:
+        path: the file.
+        content: what it holds beside the key "program", which says that `command` wrote it.
+        command: which command writes it.
+
+    Raises:
+        InputError: `command` did not write the file that is there.
+    """
+    marked = {"program": mark_of(command), **content}
+    text = json.dumps(finite(marked), indent=2, allow_nan=False, ensure_ascii=False)
+    with replacing(path, command) as partial:
         partial.write_text(text + "\n", encoding="utf-8")
 
 

@@ -13,6 +13,7 @@ from rtctl.border.errors import RunError
 from rtctl.border.units.unit_text import SI
 from rtctl.measured.dataset import Record
 from rtctl.output.atomic_write import replacing
+from rtctl.output.own_files import mark_of, refuse_foreign
 from rtctl.recording import write_parquet
 from rtctl.registry import SignalKind, plant_kind
 
@@ -40,11 +41,12 @@ def write_dataset(  # noqa: PLR0913
         identity: Identity of the device.
         units: Units by signal; needed where the plant does not fix them.
         holds: Holds by input; "zero" by default, as drivers hold.
-        metadata: Texts for each file's schema.
+        metadata: Texts for each file's schema, which an acquisition has.
         incomplete: Why records are missing that were to be taken; "": none is.
 
     Raises:
         RunError: A reader would refuse the dataset; raised before any file is written.
+        InputError: One of the files is there, and is of somebody else; raised before any file is written.
     """
     kinds = _kinds_of(plant, records, holds or {})
     units = {**{signal: kind.unit for signal, kind in kinds.items() if kind.unit}, **(units or {})}
@@ -60,12 +62,15 @@ def write_dataset(  # noqa: PLR0913
         },
         "records": [_record_table(record, plant) for record in records],
     }
-    text = tomli_w.dumps(manifest)
+    command = "acquire" if metadata else "write_dataset"
+    text = f"# Written by {mark_of(command)}\n\n{tomli_w.dumps(manifest)}"
     path = folder / "dataset.toml"
+    for file in (path, *(folder / _file_of(record) for record in records)):
+        refuse_foreign(file, command)
     path.unlink(missing_ok=True)  # an old manifest must not stand over new files
     for record, content in zip(records, contents, strict=True):
-        write_parquet(folder / _file_of(record), content, units, metadata or {})
-    with replacing(path) as partial:
+        write_parquet(folder / _file_of(record), content, units, metadata or {}, command)
+    with replacing(path, command) as partial:
         partial.write_text(text, encoding="utf-8")
     return path
 

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import tomli_w
-
 from rtctl.border.equations.file import EquationsFile
-from rtctl.output.atomic_write import replacing
+from rtctl.models.provenance import write_model_file
 
 
 def write_equations_model(path: Path, model: EquationsFile) -> None:
     """Write the file, whole or not at all; numbers that are plain in an expression stay as texts."""
-    text = tomli_w.dumps(model.model_dump(exclude_none=True, exclude_defaults=True))
-    with replacing(path) as partial:
-        partial.write_text(text, encoding="utf-8")
+    tables = model.model_dump(exclude_none=True, exclude_defaults=True)
+    write_model_file(path, tables, tables.get("provenance", {}))

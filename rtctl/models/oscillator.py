@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import tomli_w
-
 from rtctl.border.model_file import ModelFile, read_model_file
-from rtctl.output.atomic_write import replacing
+from rtctl.models.provenance import write_model_file
 
 KIND = "oscillator"
 
@@ -19,6 +17,5 @@ def read_oscillator_model(path: Path) -> ModelFile:
 
 def write_oscillator_model(path: Path, model: ModelFile) -> None:
     """Write the file, whole or not at all."""
-    text = tomli_w.dumps(model.model_dump(exclude_none=True, exclude_defaults=True))
-    with replacing(path) as partial:
-        partial.write_text(text, encoding="utf-8")
+    tables = model.model_dump(exclude_none=True, exclude_defaults=True)
+    write_model_file(path, tables, tables.get("provenance", {}))

@@ -1,4 +1,4 @@
-"""What a model file says of its origin."""
+"""What a model file says of its origin, and writing one that says it."""
 
 from __future__ import annotations
 
@@ -6,13 +6,33 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import tomli_w
+
 from rtctl.border.units.quantities import read_toml
+from rtctl.output.atomic_write import replacing
+from rtctl.output.own_files import mark_of
 
 DOUBT = (
     'the diagnosis that wrote {} did not explain its data ("{}"): something is left that this model does not have, so '
     "compare the tracking errors of a run with it and of one with the model before it"
 )
 NOT_TRUSTED = "the identification of {} says that this model is not to be trusted: a loop with it may do harm"
+
+
+def maker_of_model(provenance: Mapping[str, Any]) -> str:
+    """Return which command writes a model file with this provenance: a diagnosis states its verdict."""
+    return "diagnose" if "verdict" in provenance else "identify"
+
+
+def write_model_file(path: Path, tables: Mapping[str, Any], provenance: Mapping[str, Any]) -> None:
+    """Write the tables of a model file, whole or not at all.
+
+    Raises:
+        InputError: a file is there that the command which writes such a model did not write.
+    """
+    command = maker_of_model(provenance)
+    with replacing(path, command) as partial:
+        partial.write_text(f"# Written by {mark_of(command)}\n\n{tomli_w.dumps(tables)}", encoding="utf-8")
 
 
 def doubt_of_model(path: Path) -> str:

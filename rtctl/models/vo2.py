@@ -172,12 +172,9 @@ def _interval(value: float, standard_error: float, unit: str) -> dict[str, Any]:
 
 def write_model(model: Vo2Model, path: Path) -> None:
     """Write the model file whole or not at all."""
-    import tomli_w
+    from rtctl.models.provenance import write_model_file
 
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(path.name + ".part")
-    part.write_text(tomli_w.dumps(model_tables(model)), encoding="utf-8")
-    part.replace(path)
+    write_model_file(path, model_tables(model), model.provenance)
 
 
 def save_model(path: Path, model: Vo2Model) -> None:

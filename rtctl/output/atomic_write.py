@@ -12,14 +12,25 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from rtctl.output.own_files import refuse_foreign
+
 
 @contextmanager
-def replacing(path: Path) -> Iterator[Path]:
+def replacing(path: Path, command: str = "") -> Iterator[Path]:
     """Give a temporary path beside `path` to write to; at the end rename it, on an error remove it.
 
     The folder is made if it is absent. Each call has a temporary name of its own, so that two writers of one path do
     not mix their files. The rename is atomic: a reader of `path` sees the old file or the whole new one.
+
+    Args:
+        path: The file.
+        command: Which command writes it: only what that wrote before is replaced. "": the caller knows what is there.
+
+    Raises:
+        InputError: `command` did not write the file that is there.
     """
+    if command:
+        refuse_foreign(path, command)
     path.parent.mkdir(parents=True, exist_ok=True)
     stem = os.fsdecode(os.fsencode(path.name)[:200])  # a name has room for 255 bytes
     partial = path.with_name(f".{stem}.{secrets.token_hex(4)}.partial")

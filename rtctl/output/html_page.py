@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from html import escape
 
+from rtctl.output.own_files import mark_of
+
 STYLE = """
 :root { color-scheme: light dark; --ink: #1a1c1f; --dim: #5c636b; --paper: #ffffff; --card: #f5f6f8; --line: #dcdfe3;
   --good: #00734f; --bad: #b04a00; }
@@ -44,11 +46,12 @@ code { background: var(--card); padding: .05rem .3rem; border-radius: 4px; overf
 """
 
 
-def page(title: str, parts: Sequence[str]) -> str:
-    """Return the whole file."""
+def page(title: str, parts: Sequence[str], command: str) -> str:
+    """Return the whole file, which says that `command` wrote it."""
     return (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f'<meta name="generator" content="{mark_of(command)}">\n'
         f"<title>{escape(title)}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n"
         + "\n".join(parts)
         + "\n</body>\n</html>\n"

@@ -51,7 +51,7 @@ def plot_latency(
         right.set_xlabel("round trip [µs]")
         left.set_ylabel("share of steps that took longer")
         headline(figure, title)
-    save_png(figure, path)
+    save_png(figure, path, "latency")
 
 
 def _draw(axes: Axes, curve: Curve, colour: str, style: str = "-") -> None:

@@ -10,13 +10,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from PIL import Image
 
 from rtctl.border.arrays import FloatArray
 from rtctl.plots.elements.lines import ABOVE
+from rtctl.plots.elements.small_png import save_small_png
 from rtctl.plots.elements.style import (
     BLACK,
     BLUE,
+    DOTS_PER_INCH,
     GREEN,
     ORANGE,
     PURPLE,
@@ -24,7 +25,6 @@ from rtctl.plots.elements.style import (
     VERMILION,
     house_style,
     new_figure,
-    save_png,
 )
 
 COLOURS = 96
@@ -51,10 +51,7 @@ def draw(
         figure: Figure = new_figure(*size)
         axes = np.atleast_1d(figure.subplots(*shape)).ravel().tolist()
         fill(axes)
-        save_png(figure, path)
-    with Image.open(path) as drawn:
-        few = drawn.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
-    few.save(path, optimize=True)
+        save_small_png(figure, path, colours=COLOURS, dots_per_inch=DOTS_PER_INCH)
 
 
 def over_frequency(axes: Axes, clouds: Sequence[Cloud], label: str) -> None:

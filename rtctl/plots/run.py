@@ -67,7 +67,7 @@ def plot_run(  # noqa: PLR0913
     figure = run_figure(
         time_s, signals, title=title, closed_loop=closed_loop, output_range=output_range, profile=profile, marks=marks,
     )  # fmt: skip
-    save_png(figure, path)
+    save_png(figure, path, "run")
 
 
 def run_figure(

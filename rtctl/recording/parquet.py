@@ -9,12 +9,17 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.output.atomic_write import replacing
+from rtctl.output.own_files import mark_of
 
 ROWS_OF_A_GROUP = 1 << 20
 
 
 def write_parquet(
-    path: Path, table: Mapping[str, FloatArray], units: Mapping[str, str], metadata: Mapping[str, str]
+    path: Path,
+    table: Mapping[str, FloatArray],
+    units: Mapping[str, str],
+    metadata: Mapping[str, str],
+    command: str,
 ) -> None:
     """Write columns as Parquet, whole or not at all; the same bytes for the same content.
 
@@ -23,8 +28,12 @@ def write_parquet(
         table: columns (n,) by name.
         units: unit of each column, for the field's metadata.
         metadata: for the schema.
+        command: which command writes it, for the schema too.
+
+    Raises:
+        InputError: `command` did not write the file that is there.
     """
-    write_parquet_parts(path, list(table), [table], units, metadata)
+    write_parquet_parts(path, list(table), [table], units, metadata, command)
 
 
 def write_parquet_parts(
@@ -33,6 +42,7 @@ def write_parquet_parts(
     parts: Iterable[Mapping[str, FloatArray]],
     units: Mapping[str, str],
     metadata: Mapping[str, str],
+    command: str,
 ) -> None:
     """Write a table that comes in parts and need not fit into memory; see `write_parquet`.
 
@@ -42,13 +52,18 @@ def write_parquet_parts(
         parts: columns (n,) by name, part by part; a part is one row group or more.
         units: unit of each column, for the field's metadata.
         metadata: for the schema.
+        command: which command writes it, for the schema too.
+
+    Raises:
+        InputError: `command` did not write the file that is there.
     """
     import pyarrow as pa
     import pyarrow.parquet as pq
 
     fields = [pa.field(name, pa.float64(), metadata={"unit": units.get(name, "")}) for name in names]
-    schema = pa.schema(fields, metadata={key: str(value) for key, value in metadata.items()})
-    with replacing(path) as partial, pq.ParquetWriter(partial, schema, compression="zstd") as writer:
+    texts = {key: str(value) for key, value in metadata.items()} | {"written_by": mark_of(command)}
+    schema = pa.schema(fields, metadata=texts)
+    with replacing(path, command) as partial, pq.ParquetWriter(partial, schema, compression="zstd") as writer:
         for part in parts:
             arrays = [pa.array(np.asarray(part[name], dtype=np.float64)) for name in names]
             writer.write_table(pa.table(arrays, schema=schema), row_group_size=ROWS_OF_A_GROUP)

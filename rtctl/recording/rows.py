@@ -76,4 +76,4 @@ class Recorder:
 
     def write(self, path: Path, metadata: Mapping[str, str]) -> None:
         """Write all rows so far as Parquet, whole or not at all; `metadata` goes into the schema."""
-        write_parquet(path, self.table(), dict(self.columns), metadata)
+        write_parquet(path, self.table(), dict(self.columns), metadata, "run")

@@ -11,10 +11,21 @@ from pathlib import Path
 from rtctl.evaluation.metrics import finite
 from rtctl.output.atomic_write import replacing
 from rtctl.output.html_page import figure, page, table
+from rtctl.output.own_files import mark_of, refuse_foreign
 from rtctl.reproduce.study import Comparison, Part, Picture, Row, Section, Study, Table, as_json
 
 HEADERS = ("", "unit", "paper", "ours", "ratio", "")
 NUMBERS = (2, 3, 4)
+
+
+COMMAND = "reproduce"
+
+
+def check_folder(out: Path) -> None:
+    """Raise InputError where a file of a study is in the folder that no study wrote."""
+    names = ("results.json", "report.md", "report.html")
+    for path in (*(out / name for name in names), *out.glob("pictures/*.png"), *out.glob("sections/*.json")):
+        refuse_foreign(path, COMMAND)
 
 
 def write_report(
@@ -24,6 +35,7 @@ def write_report(
     found = [section for section, _ in sections]
     took = f"Made by `{command}` in {sum(seconds for _, seconds in sections):.0f} s ({finished})."
     results = {
+        "program": mark_of(COMMAND),
         "study": study.name,
         "command": command,
         "finished": finished,
@@ -34,11 +46,11 @@ def write_report(
     }
     _write(out / "results.json", json.dumps(finite(results), indent=1) + "\n")
     _write(out / "report.md", _markdown(study, found, took))
-    _write(out / "report.html", page(study.title, _html(study, found, took, out / "pictures")))
+    _write(out / "report.html", page(study.title, _html(study, found, took, out / "pictures"), COMMAND))
 
 
 def _write(path: Path, text: str) -> None:
-    with replacing(path) as partial:
+    with replacing(path, COMMAND) as partial:
         partial.write_text(text, encoding="utf-8")
 
 
@@ -61,7 +73,7 @@ def _markdown(study: Study, sections: Sequence[Section], took: str) -> str:
         lines += [f"## {section.title}", "", section.text, ""]
         for part in section.parts:
             lines += [*_markdown_part(part), ""]
-    return "\n".join(lines).rstrip() + "\n"
+    return "\n".join(lines).rstrip() + f"\n\n<!-- Written by {mark_of(COMMAND)} -->\n"
 
 
 def _markdown_part(part: Part) -> list[str]:

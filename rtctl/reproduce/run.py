@@ -9,6 +9,7 @@ from pathlib import Path
 
 from rtctl.evaluation.metrics import finite
 from rtctl.output.atomic_write import replacing
+from rtctl.output.own_files import mark_of
 from rtctl.reproduce.study import Picture, Run, Section, Step, Study, as_json, from_json
 from rtctl.version import __version__
 
@@ -38,8 +39,14 @@ def _computed(step: Step, run: Run, place: Path) -> tuple[Section, float]:
     start = time.perf_counter()
     section = step.compute(run)
     seconds = time.perf_counter() - start
-    content = {"version": __version__, "short": run.short, "seconds": seconds, "section": as_json(section)}
-    with replacing(place) as partial:
+    content = {
+        "program": mark_of("reproduce"),
+        "version": __version__,
+        "short": run.short,
+        "seconds": seconds,
+        "section": as_json(section),
+    }
+    with replacing(place, "reproduce") as partial:
         partial.write_text(json.dumps(finite(content), indent=1), encoding="utf-8")
     return section, seconds
 

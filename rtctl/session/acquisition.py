@@ -15,9 +15,11 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError, RtctlError, RunError
 from rtctl.border.records import Channel, DeviceStatus, Driver, Measurement
+from rtctl.measured.backup import dataset_files
 from rtctl.measured.dataset import Record
 from rtctl.measured.manifest.signal_kinds import measured_kinds
 from rtctl.measured.writer import write_dataset
+from rtctl.output.own_files import refuse_foreign
 from rtctl.registry import plant_kind
 from rtctl.scenario.command_sequence import command_sequences
 from rtctl.scenario.schema import Scenario
@@ -50,7 +52,7 @@ def acquire(
         tables: the scenario as a file has it; with it the excitation under way can be watched and stopped.
 
     Raises:
-        InputError: there is nothing to play, or the plant has no dataset.
+        InputError: there is nothing to play, or the plant has no dataset, or a file of another origin is in the way.
         RunError: a fault ended a record.
     """
     if not scenario.excitation:
@@ -60,6 +62,10 @@ def acquire(
             f'a "{scenario.scenario.plant}" has no dataset: those are of {", ".join(measured_kinds())}; play the '
             "excitation with rtctl run, which records every channel"
         )
+    kept = dataset_files(folder)  # moved aside, whoever made them
+    for index, one in enumerate(scenario.excitation):
+        if (path := folder / f"{_name(index, one.kind)}.parquet") not in kept:
+            refuse_foreign(path, "acquire")
     player = _Player(scenario, driver, stop_requested, folder, tables)
     records, failure = _play_all(player, report)
     if not records:
@@ -149,6 +155,11 @@ def _clamped(signals: Mapping[str, FloatArray], kind: str, command: Channel) -> 
     )
 
 
+def _name(index: int, kind: str) -> str:
+    """Return the name of the record of an excitation."""
+    return f"r{index:02d}-{kind}"
+
+
 def _record(signals: Mapping[str, FloatArray], scenario: Scenario, index: int, kind: str) -> Record:
     excitation, profile = scenario.excitation[index], scenario.profile
     held = {channel.name: signals[channel.name] for channel in profile.commands}
@@ -161,7 +172,7 @@ def _record(signals: Mapping[str, FloatArray], scenario: Scenario, index: int, k
     kept = {channel.name for channel in _channels(scenario)}
     measured = {name: values for name, values in measured.items() if name in kept}
     return Record(
-        name=f"r{index:02d}-{kind}",
+        name=_name(index, kind),
         period_s=scenario.scenario.period_s,
         use=excitation.use,
         signals={**held, **measured},

@@ -18,6 +18,7 @@ from rtctl.identification.vo2.settling import assess_staircases, describe_settli
 from rtctl.loop.live_parameters import ParameterChannel
 from rtctl.measured.reading import read_dataset
 from rtctl.models.vo2 import write_model
+from rtctl.output.own_files import refuse_foreign
 from rtctl.scenario.bundled import bundled_scenarios
 from rtctl.scenario.schema import load_scenario
 from rtctl.session.acquisition import acquire
@@ -34,7 +35,12 @@ Report = Callable[[str], None]
 def demonstrate(
     device: str, seed: int, folder: Path, stop_requested: Callable[[], bool], report: Report
 ) -> list[dict[str, Any]]:
-    """Acquire, identify and run every bundled tracking scenario over Modbus RTU; their summaries."""
+    """Acquire, identify and run every bundled tracking scenario over Modbus RTU; their summaries.
+
+    Raises InputError where a file of another origin is in the way.
+    """
+    refuse_foreign(folder / "dataset" / "dataset.toml", "acquire")
+    refuse_foreign(folder / "model.toml", "identify")
     report(watch_words(folder))
     with served_device(device, seed, report) as port:
         wire = ["driver.kind=modbus-rtu", f'driver.port="{port}"']

@@ -15,6 +15,7 @@ from rtctl.evaluation.summary import range_of
 from rtctl.extras import can_draw
 from rtctl.loop.events import Event
 from rtctl.loop.live_parameters import units_of_parameters
+from rtctl.output.own_files import refuse_foreign
 from rtctl.output.readable_units import readable
 from rtctl.plant_control.support import Tuning
 from rtctl.scenario.schema import Scenario
@@ -51,9 +52,10 @@ def write_run(
         result: the results.
         plot: whether to draw the run.
     """
+    refuse_foreign(folder / "summary.json", "run")
     (folder / "summary.json").unlink(missing_ok=True)  # of an earlier run in the same folder
     write_tables(folder, result.signals, result.timing, result.units, run_metadata(tables))
-    write_json(folder / "summary.json", result.summary)
+    write_json(folder / "summary.json", result.summary, "run")
     if plot and len(result.signals["index"]) > 1:  # last: a picture takes longest, and nothing depends on it
         draw_run(folder / "run.png", scenario, result)
 

@@ -21,6 +21,7 @@ from typing import Any
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
 from rtctl.loop.events import Events, append_to
+from rtctl.output.own_files import is_written_by, refuse_foreign
 from rtctl.recording import write_parquet
 from rtctl.recording.layout import ColumnsOnDemand, Rows
 from rtctl.recording.mapped import Keeper, MappedRecorder
@@ -74,7 +75,7 @@ class RunFolder:
             timing: names and units of the times.
 
         Raises:
-            InputError: a run is recording here.
+            InputError: a run is recording here, or a file of another origin is in the way.
         """
         folder = self.path
         folder.mkdir(parents=True, exist_ok=True)
@@ -82,6 +83,8 @@ class RunFolder:
             self.report(f"the recording of a run that was killed is now in {aside}: rtctl recover {aside}")
         if self.keeps_earlier and (aside := set_finished_aside(folder)) is not None:
             self.report(f"{folder} held a run: it is now in {aside}")
+        check_run_folder(folder)
+        self._check_model(is_kept=aside is not None)
         (folder / "summary.json").unlink(missing_ok=True)  # of an earlier run in the same folder
         if self.model is not None and self.model.resolve() != (folder / MODEL).resolve():
             shutil.copyfile(self.model, folder / MODEL)
@@ -93,6 +96,22 @@ class RunFolder:
             timings=MappedRecorder(folder / TIMING, timing, self.metadata, keeper),
             events=Events(append_to(folder / EVENTS, keeper.ask)),
         )
+
+    def _check_model(self, *, is_kept: bool) -> None:
+        """Raise InputError where the copy of the model would replace another model that is not kept aside."""
+        place = self.path / MODEL
+        if self.model is None or is_kept or not place.exists():
+            return
+        if self.model.read_bytes() != place.read_bytes():
+            refuse_foreign(place, "identify")
+
+
+def check_run_folder(folder: Path) -> None:
+    """Raise InputError where a file is in the way of a run's that no run wrote; a finished run is moved aside."""
+    if (folder / FINISHED[0]).is_file() and is_written_by(folder / FINISHED[0], "run"):
+        return
+    for name in FINISHED[:4]:
+        refuse_foreign(folder / name, "run")
 
 
 def run_metadata(tables: Mapping[str, Any]) -> dict[str, str]:
@@ -154,9 +173,9 @@ def _write(
     path: Path, table: Mapping[str, FloatArray], units: Mapping[str, str], metadata: Mapping[str, str]
 ) -> None:
     if isinstance(table, ColumnsOnDemand):
-        write_parquet_parts(path, list(table), table.parts(ROWS_OF_A_GROUP), units, metadata)
+        write_parquet_parts(path, list(table), table.parts(ROWS_OF_A_GROUP), units, metadata, "run")
     else:
-        write_parquet(path, table, units, metadata)
+        write_parquet(path, table, units, metadata, "run")
 
 
 def _table(recorder: Recorder | MappedRecorder) -> Mapping[str, FloatArray]:

@@ -40,6 +40,7 @@ def export_c(
     out: PathText,
     settings: Settings = (),
     extrema: int = 64,
+    force: bool = False,
 ) -> ExportedLoop:
     """Write the loop of a scenario as C99 for a microcontroller: estimator, controller, limits and guards.
 
@@ -49,19 +50,24 @@ def export_c(
         out: Folder of the sources.
         settings: Further keys of the scenario to override.
         extrema: Turning points that each Preisach memory keeps; beyond them the innermost loop is forgotten.
+        force: Whether sources of any origin in `out` are overwritten; else those of an earlier export alone.
 
     Returns:
         What was written.
 
     Raises:
-        InputError: There is no model, or a part of the loop cannot be exported; says which, and why.
+        InputError: There is no model, or a part of the loop cannot be exported; says which, and why; or `out`
+            holds files of another origin.
     """
-    from rtctl.export.c.folder import Manifest, digest, digest_of_numbers, write_folder
+    from rtctl.export.c.folder import Manifest, digest, digest_of_numbers, refuse_foreign_folder, write_folder
     from rtctl.export.c.laws.planning import law_of
     from rtctl.export.c.sizes import state_bytes, table_bytes
     from rtctl.export.c.translated import translated
     from rtctl.wiring import model_of, model_path
 
+    folder = path_of("out", out)
+    if not force:
+        refuse_foreign_folder(folder)
     check_integer("extrema", extrema, LEAST_EXTREMA, MOST_EXTREMA)
     loaded = load_scenario(scenario, settings)
     given = None if model is None else path_of("model", model)
@@ -72,7 +78,6 @@ def export_c(
             "export c: a model is needed (--model MODEL.toml, or scenario.model); `rtctl identify` makes one"
         )
     exported = translated(law_of(loaded.scenario, content, extrema))
-    folder = path_of("out", out)
     folder.mkdir(parents=True, exist_ok=True)
     write_folder(
         folder, exported,
@@ -119,7 +124,7 @@ def run_on_board(
     from rtctl.export.c.laws.planning import law_of
     from rtctl.recording import write_parquet
     from rtctl.session.run_files import draw_run
-    from rtctl.session.run_folder import set_finished_aside
+    from rtctl.session.run_folder import check_run_folder, set_finished_aside
     from rtctl.wiring import model_of, model_path
 
     loaded = load_scenario(scenario, settings)
@@ -141,14 +146,19 @@ def run_on_board(
     if content is None or file is None or manifest.model_sha256 != digest(file):
         raise InputError(f"{place}: exported from another model than that of the run; export it anew")
     check_origin(place, manifest, law_of(loaded.scenario, content, manifest.extrema))
-    result = run_emulated(place, loaded.scenario, content, str(port)).result
     folder = path_of("out", out)
+    check_run_folder(folder)
+    result = run_emulated(place, loaded.scenario, content, str(port)).result
     folder.mkdir(parents=True, exist_ok=True)
     set_finished_aside(folder)
     write_parquet(
-        folder / "signals.parquet", result.signals, result.units, {"program": "rtctl", "board": str(place)}
+        folder / "signals.parquet",
+        result.signals,
+        result.units,
+        {"program": "rtctl", "board": str(place)},
+        "run",
     )
-    write_json(folder / "summary.json", result.summary)
+    write_json(folder / "summary.json", result.summary, "run")
     if plot and len(result.signals["index"]) > 1:
         draw_run(folder / "run.png", loaded.scenario, result)
     return result

@@ -9,6 +9,8 @@ from pathlib import Path
 from rtctl.api.inputs import PathText, path_of
 from rtctl.api.model import Model, model_of, read_model
 from rtctl.border.errors import InputError
+from rtctl.output.atomic_write import replacing
+from rtctl.output.own_files import mark_of
 
 
 def save_mat(model: Model | PathText, out: PathText) -> Path:
@@ -68,6 +70,6 @@ def save_matlab_function(model: Model | PathText, out: PathText) -> Path:
         )
     source = str(content.source or "the model")
     text = build_matlab_function(content.content, source, content.kind, target.stem)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    target.write_text(text, encoding="utf-8")
+    with replacing(target, "save_matlab_function") as partial:
+        partial.write_text(f"{text}\n% Written by {mark_of('save_matlab_function')}\n", encoding="utf-8")
     return target

@@ -71,13 +71,17 @@ class Preview:
         return preview_figure(self.dataset, self.summary)
 
     def save(self, path: PathText) -> Path | None:
-        """Write the picture (PNG); None where matplotlib is not installed."""
+        """Write the picture (PNG); None where matplotlib is not installed.
+
+        Raises:
+            InputError: A file is there that is no such picture.
+        """
         target = path_of("path", path)
         if not can_draw():
             return None
         from rtctl.plots.elements.style import save_png
 
-        save_png(self.plot(), target)
+        save_png(self.plot(), target, "preview")
         return target
 
     def __repr__(self) -> str:

@@ -75,7 +75,7 @@ class Fit:
         if plot and can_draw():
             from rtctl.plots.elements.style import save_png
 
-            save_png(self.plot(), target.with_suffix(".png"))
+            save_png(self.plot(), target.with_suffix(".png"), "identify")
         return replace(self, model=replace(self.model, source=Path(target)))
 
     def __repr__(self) -> str:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from rtctl.api.inputs import PathText, path_of
 from rtctl.border.errors import InputError
 from rtctl.output.interrupt import stop_on_interrupt
+from rtctl.output.own_files import refuse_foreign
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -42,7 +43,7 @@ def doubt(
         The content of `doubt.json`.
 
     Raises:
-        InputError: There is no such run, or its kind of plant cannot be doubted.
+        InputError: There is no such run, or its kind of plant cannot be doubted, or another file is at `out`.
     """
     from rtctl.doubt.policy import Policy
     from rtctl.live_page.recorded.places import is_recording
@@ -56,6 +57,8 @@ def doubt(
         raise InputError(
             f'policy = "{policy}" is for a run under way (live); one that has ended cannot be changed'
         )
+    target = folder / "doubt.json" if out is None else path_of("out", out)
+    refuse_foreign(target, "doubt")
     if live:
         acting = _acting(Policy(policy), folder, reference)
         with stop_on_interrupt() as stop_requested:
@@ -65,7 +68,7 @@ def doubt(
         for finding in found.findings:
             say(finding, "")
     summary = recorded.summary_of(found)
-    recorded.write_summary(folder / "doubt.json" if out is None else path_of("out", out), summary)
+    recorded.write_summary(target, summary)
     return summary
 
 

@@ -49,7 +49,7 @@ class Replayed:
         target = path_of("folder", folder)
         target.mkdir(parents=True, exist_ok=True)
         metadata = {"program": "rtctl", "replay_of": str(self.run)}
-        write_parquet(target / "replayed.parquet", dict(self.columns), {}, metadata)
+        write_parquet(target / "replayed.parquet", dict(self.columns), {}, metadata, "replay")
         return target
 
     def __repr__(self) -> str:

@@ -19,6 +19,7 @@ from rtctl.border.errors import Fault, InputError
 from rtctl.extras import require
 from rtctl.output.interrupt import stop_on_interrupt
 from rtctl.output.notebook import html_table, number
+from rtctl.output.own_files import refuse_foreign
 from rtctl.output.progress import Progress, Reporter, reporter
 
 if TYPE_CHECKING:
@@ -164,12 +165,15 @@ def run(  # noqa: PLR0913
         The run; Ctrl-C ends it after the exchange under way and gives what was recorded by then.
 
     Raises:
-        InputError: Scenario or model are wrong, or no device is at the port.
+        InputError: Scenario or model are wrong, no device is at the port, or a file of another origin is in the way.
         RunError: The identification of the device failed.
     """
     from rtctl.scenario.command_sequence import steps_of
+    from rtctl.session.run_folder import check_run_folder
 
     folder, report = None if out is None else path_of("out", out), reporter(progress)
+    if folder is not None:
+        check_run_folder(folder)
     own = driver_of(driver)
     parts: dict[PartTable, Any] = {
         "driver": None if own is not None else driver, "controller": controller, "estimator": estimator,
@@ -240,6 +244,7 @@ def _model(
         return None, None, False
     from rtctl.api.identifying.identify_first import identify_first
 
+    refuse_foreign(folder / "model.toml", "identify")
     report.say("no --model given: identifying the device first")
     return identify_first(loaded.scenario, device, folder, stop, report.say), folder / "model.toml", True
 

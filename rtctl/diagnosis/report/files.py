@@ -16,14 +16,16 @@ from rtctl.diagnosis.result import EXTENDED_MODEL, Diagnosis
 from rtctl.evaluation.metrics import write_json
 from rtctl.measured.dataset import Dataset
 from rtctl.output.atomic_write import replacing
+from rtctl.output.own_files import mark_of, refuse_foreign
 from rtctl.version import __version__
 
 REHEARSED_MODEL = "next-experiment-model.toml"
 """The re-fitted model on which a next experiment is rehearsed where there is no extended one."""
 EXPERIMENT = "next-experiment.toml"
+COMMAND = "diagnose"
 NAMES = ("diagnosis.json", "report.html", EXTENDED_MODEL, EXPERIMENT, REHEARSED_MODEL)
 HEAD = """# {statement}
-# Written by rtctl diagnose; `rtctl acquire next-experiment.toml --out DIR` plays it as it stands on {device} beside
+# Written by {mark}; `rtctl acquire next-experiment.toml --out DIR` plays it as it stands on {device} beside
 # it, as a rehearsal. On the device: --set driver.kind=modbus-tcp --set driver.address=HOST:PORT
 """
 PLAYS = "`rtctl acquire {scenario} --out {folder}` plays it."
@@ -46,6 +48,7 @@ def write_diagnosis(folder: Path, diagnosis: Diagnosis, dataset: Dataset, proven
     The extended model is written only where causes are claimed and reduce the error on test records with certainty.
     """
     folder.mkdir(parents=True, exist_ok=True)
+    check_folder(folder)
     for name in NAMES:
         (folder / name).unlink(missing_ok=True)
     model = REHEARSED_MODEL if diagnosis.withheld else EXTENDED_MODEL
@@ -56,7 +59,13 @@ def write_diagnosis(folder: Path, diagnosis: Diagnosis, dataset: Dataset, proven
         text = scenario_text(diagnosis.next_experiment, device, left_out, dataset.units)
         _write_text(folder / EXPERIMENT, text)
     _write_text(folder / "report.html", report_page(diagnosis, dataset, provenance, how_to_play(dataset)))
-    write_json(folder / "diagnosis.json", diagnosis.json | {"provenance": provenance})
+    write_json(folder / "diagnosis.json", diagnosis.json | {"provenance": provenance}, COMMAND)
+
+
+def check_folder(folder: Path) -> None:
+    """Raise InputError where a file of an answer is there that no diagnosis wrote."""
+    for name in NAMES:
+        refuse_foreign(folder / name, COMMAND)
 
 
 def how_to_play(dataset: Dataset, folder: Path = Path(), out: str = "DIR") -> str:
@@ -93,7 +102,7 @@ def scenario_text(
         heading["model"] = device
     driver = {**proposed.scenario["driver"], "device": device}
     scenario = {**proposed.scenario, "scenario": heading, "driver": driver}
-    head = HEAD.format(statement=proposed.statement, device=device)
+    head = HEAD.format(statement=proposed.statement, device=device, mark=mark_of(COMMAND))
     if left_out:
         head += LACKS.format(", ".join(left_out))
     measured = [name for name in ("velocity", "acceleration") if name in (units or {})]
@@ -119,7 +128,7 @@ def provenance_of(diagnosis: Diagnosis, dataset: Dataset, model: Path, command: 
 
 
 def _write_text(path: Path, text: str) -> None:
-    with replacing(path) as partial:
+    with replacing(path, COMMAND) as partial:
         partial.write_text(text, encoding="utf-8")
 
 

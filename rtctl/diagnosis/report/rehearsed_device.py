@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import tomli_w
-
 from rtctl.border.errors import InputError, NoStreamError
 from rtctl.border.units.quantities import read_toml
-from rtctl.output.atomic_write import replacing
+from rtctl.models.provenance import write_model_file
 from rtctl.registry import plant_kind
 
 LEFT_OUT = "left_out"
@@ -38,8 +36,7 @@ def write_without_mechanisms(model: Path, to: Path, left_out: tuple[str, ...]) -
         "model": {**tables["model"], "mechanisms": kept},
         "provenance": {**tables.get("provenance", {}), LEFT_OUT: list(left_out)},
     }
-    with replacing(to) as partial:
-        partial.write_text(tomli_w.dumps(found), encoding="utf-8")
+    write_model_file(to, found, found["provenance"])
 
 
 def left_out_of(model: Path) -> tuple[str, ...]:

@@ -14,11 +14,22 @@ from rtctl.export.c.laws.law import Law
 from rtctl.export.c.printing import c_program
 from rtctl.export.c.printing.c_tables import first_value_lines
 from rtctl.export.c.translated import Translated
+from rtctl.output.own_files import is_written_by, mark_of
 from rtctl.version import __version__
 from rtctl.wiring_served import write_boards
 
 RUNTIME = Path(__file__).parent / "runtime"
 MANIFEST, MODEL, SCENARIO = "export.json", "model.toml", "scenario.toml"
+
+
+COMMAND = "export c"
+
+
+def refuse_foreign_folder(folder: Path) -> None:
+    """Raise InputError where a folder holds files and no exported loop: its sources have names that others have too."""
+    own = (folder / MANIFEST).is_file() and is_written_by(folder / MANIFEST, COMMAND)
+    if folder.is_dir() and any(folder.iterdir()) and not own:
+        raise InputError(f"{folder}: is not empty, and holds no exported loop; choose a new folder")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,7 +80,7 @@ def write_folder(folder: Path, exported: Translated, manifest: Manifest) -> None
     for name, text in files.items():
         (folder / name).write_text(text, encoding="utf-8")
     contents: dict[str, Any] = {
-        "program": f"rtctl {__version__}",
+        "program": mark_of(COMMAND),
         "scenario": manifest.scenario,
         "estimator": manifest.estimator,
         "extrema": manifest.extrema,

@@ -15,12 +15,14 @@ from rtctl.export.fmu.binary import can_compile_for, compile_unit
 from rtctl.export.fmu.description import Described, build_description, model_description
 from rtctl.export.fmu.variables import tables, variables_of
 from rtctl.output.atomic_write import replacing
+from rtctl.output.own_files import mark_of
 
 SHARED = ("component.c", "component.h", "exported.h")
 OF_VERSION = {
     "3.0": ("fmi3.c", "fmi3_instance.h", "fmi3_types.h", "fmi3_unused.c"),
     "2.0": ("fmi2.c", "fmi2_types.h"),
 }
+COMMAND = "export fmu"
 WRITTEN_AT = (1980, 1, 1, 0, 0, 0)
 """Time of each member: the earliest that an archive can tell."""
 
@@ -86,7 +88,8 @@ def _token(written: Mapping[str, str], version: str) -> str:
 
 def _write_archive(path: Path, members: Mapping[str, str | bytes]) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
-    with replacing(path) as partial, zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED) as archive:
+    with replacing(path, COMMAND) as partial, zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.comment = mark_of(COMMAND).encode()
         for name, content in members.items():
             info = zipfile.ZipInfo(name, WRITTEN_AT)
             info.compress_type, info.external_attr = zipfile.ZIP_DEFLATED, 0o644 << 16

@@ -18,6 +18,7 @@ from scipy.io import loadmat, savemat
 
 from rtctl.border.errors import InputError
 from rtctl.output.atomic_write import replacing
+from rtctl.output.own_files import mark_of
 
 LONGEST_NAME = 63
 """Characters of a MATLAB name."""
@@ -45,12 +46,9 @@ def write_mat(path: Path, kind: str, parameters: Mapping[str, tuple[float, str]]
     """
     fields = field_names(parameters, str(path))
     structs = {fields[name]: {"value": value, "unit": unit} for name, (value, unit) in parameters.items()}
-    with replacing(path) as partial:
-        savemat(
-            str(partial),
-            {"model": {"kind": kind, "parameters": structs or np.zeros((0, 0)), "toml": toml}},
-            appendmat=False,
-        )
+    model = {"kind": kind, "parameters": structs or np.zeros((0, 0)), "toml": toml}
+    with replacing(path, "save_mat") as partial:
+        savemat(str(partial), {"model": {**model, "program": mark_of("save_mat")}}, appendmat=False)
 
 
 def read_mat(path: Path) -> dict[str, Any]:

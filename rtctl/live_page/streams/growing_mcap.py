@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rtctl.extras import require
+from rtctl.output.own_files import mark_of
 
 
 class Topic(NamedTuple):
@@ -57,7 +58,7 @@ class GrowingMcap:
         self._file = path.open("wb", buffering=0)  # a buffer that cannot be written is in the way of closing
         self._output = _Output()
         self._writer = Writer(self._output)  # type: ignore[arg-type] # it needs write, tell and flush only
-        self._writer.start(library="rtctl")
+        self._writer.start(library=mark_of("export mcap"))
         self._channels: dict[str, int] = {}
 
     def register(self, topic: Topic) -> None:

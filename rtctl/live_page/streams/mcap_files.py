@@ -12,6 +12,7 @@ from rtctl.live_page.recorded.places import HERE, places_in
 from rtctl.live_page.streams.follower import Follower
 from rtctl.live_page.streams.mcap_run import RunMcap
 from rtctl.output.atomic_write import replacing
+from rtctl.output.own_files import refuse_foreign
 
 SAVE_EVERY_S = 1.0
 """How often a file that grows is brought up to date: at most so much of a run is missing in it after a kill [s]."""
@@ -104,7 +105,8 @@ def export_mcap(folder: Path, file: Path) -> int:
 
 
 def check_target(file: Path, option: str) -> None:
-    """Raise InputError where `file` cannot be an MCAP file."""
+    """Raise InputError where `file` cannot be an MCAP file, or another file is there."""
+    refuse_foreign(file, "export mcap")
     if file.suffix != ".mcap":
         raise InputError(f"{option} {file}: the name must end with .mcap, by which viewers know the format")
     if file.is_dir() or not file.absolute().parent.is_dir():

@@ -17,6 +17,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from rtctl.output.atomic_write import replacing
+from rtctl.output.own_files import mark_of
 
 BLACK, GREY, RAIL = "#000000", "#767676", "#C4C4C4"
 BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7", "#56B4E9"
@@ -64,18 +65,18 @@ class HouseFigure(Figure):
     def savefig(self, fname: Any, **options: Any) -> None:
         """Draw into a file or a buffer, as matplotlib's own method does."""
         with house_style():
-            if set(options) == {"format", "dpi"} and options["format"] == "png":
-                self._save_png(fname, options["dpi"])
+            if set(options) - {"metadata"} == {"format", "dpi"} and options["format"] == "png":
+                self._save_png(fname, options["dpi"], options.get("metadata"))
             else:
                 super().savefig(fname, **options)
 
-    def _save_png(self, fname: Any, dpi: float) -> None:
+    def _save_png(self, fname: Any, dpi: float, metadata: dict[str, str] | None) -> None:
         """Write the same bytes as matplotlib, which draws twice where there is a layout: once to lay out."""
         canvas: Any = FigureCanvasAgg(self)
         before = self.dpi
         self.dpi = dpi
         try:
-            canvas.print_png(fname)
+            canvas.print_png(fname, metadata=metadata)
         finally:
             self.dpi = before
 
@@ -103,10 +104,13 @@ def headline(figure: Figure, finding: str, detail: str = "") -> None:
         figure.text(0.008, 1.0 - 0.31 / height, detail, ha="left", va="top", fontsize=size)
 
 
-def save_png(figure: Figure, path: Path) -> None:
-    """Draw into the PNG file `path`, whole or not at all."""
-    with house_style(), replacing(path) as partial:
-        figure.savefig(partial, format="png", dpi=DOTS_PER_INCH)
+def save_png(figure: Figure, path: Path, command: str = "plot") -> None:
+    """Draw into the PNG file `path`, whole or not at all.
+
+    Raises InputError where a file is there that `command` did not write.
+    """
+    with house_style(), replacing(path, command) as partial:
+        figure.savefig(partial, format="png", dpi=DOTS_PER_INCH, metadata={"Software": mark_of(command)})
 
 
 def few_decades(axis: Axis) -> None:

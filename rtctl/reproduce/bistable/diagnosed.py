@@ -21,6 +21,8 @@ from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.search.request import DiagnosisOptions
 from rtctl.measured import read_dataset
 from rtctl.models.oscillator import write_oscillator_model
+from rtctl.output.atomic_write import replacing
+from rtctl.output.own_files import mark_of
 from rtctl.recording import write_parquet
 from rtctl.reproduce.bistable.protocol import RATE_HZ, Recorded
 from rtctl.wiring_models import build_simulation, mechanism_ids
@@ -49,7 +51,11 @@ def write_records(folder: Path, records: Sequence[Recorded], seconds: float, tes
         u, z = signals(one, seconds)
         name = f"r{one.setting.number:03d}.parquet"
         write_parquet(
-            folder / name, {"drive": u, "displacement": z}, {"drive": "m/s^2", "displacement": "mm"}, {}
+            folder / name,
+            {"drive": u, "displacement": z},
+            {"drive": "m/s^2", "displacement": "mm"},
+            {},
+            "reproduce",
         )
         use = "test" if k >= len(records) - testing else "fit"
         speed = float(np.polyfit(np.arange(9) / (RATE_HZ / DECIMATION), z[:9], 3)[-2])
@@ -70,7 +76,10 @@ def write_records(folder: Path, records: Sequence[Recorded], seconds: float, tes
         "records": tables,
     }
     path = folder / "dataset.toml"
-    path.write_text(tomli_w.dumps(manifest), encoding="utf-8")
+    with replacing(path, "reproduce") as partial:
+        partial.write_text(
+            f"# Written by {mark_of('reproduce')}\n\n{tomli_w.dumps(manifest)}", encoding="utf-8"
+        )
     return path
 
 

@@ -17,6 +17,7 @@ from typing import NamedTuple
 from rtctl.border.errors import DriverError
 from rtctl.loop.events import Events, append_to
 from rtctl.loop.live_parameters import ParameterChannel
+from rtctl.output.own_files import refuse_foreign
 from rtctl.output.readable_units import readable
 from rtctl.recording.mapped import Keeper, MappedRecorder
 from rtctl.recording.parquet import ROWS_OF_A_GROUP, write_parquet_parts
@@ -91,9 +92,10 @@ def bench_account(folder: Path, of: Accounted) -> Iterator[BenchAccount]:
     """Record into `folder` and take changes there inside the block; write the Parquet file at its end.
 
     An earlier account in it is replaced, one of a server that was killed moved aside. Raises InputError where something
-    is being recorded there.
+    is being recorded there, or a file of another origin is in the way.
     """
     folder.mkdir(parents=True, exist_ok=True)
+    refuse_foreign(folder / PARQUET, "serve")
     if (aside := set_aside(folder)) is not None:
         print(f"rtctl serve: the account of a server that was killed is now in {aside}", file=sys.stderr)
     metadata = {
@@ -112,6 +114,6 @@ def bench_account(folder: Path, of: Accounted) -> Iterator[BenchAccount]:
         if len(recorded):
             rows = recorded.table()
             write_parquet_parts(
-                folder / PARQUET, list(rows), rows.parts(ROWS_OF_A_GROUP), dict(of.columns), metadata
+                folder / PARQUET, list(rows), rows.parts(ROWS_OF_A_GROUP), dict(of.columns), metadata, "serve"
             )
         (folder / SIGNALS).unlink(missing_ok=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -13,8 +12,8 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
 from rtctl.doubt.belief import Belief, Rows
 from rtctl.doubt.watch import Finding, Watch
+from rtctl.evaluation.metrics import write_json
 from rtctl.loop.events import Event
-from rtctl.output.atomic_write import replacing
 from rtctl.recording.tail import MOST_ROWS
 from rtctl.registry import plant_kind
 from rtctl.scenario.schema import Scenario
@@ -141,5 +140,4 @@ def summary_of(doubted: Doubted) -> dict[str, Any]:
 
 def write_summary(path: Path, summary: dict[str, Any]) -> None:
     """Write `doubt.json`, whole or not at all."""
-    with replacing(path) as partial:
-        partial.write_text(json.dumps(summary, indent=1), encoding="utf-8")
+    write_json(path, summary, "doubt")

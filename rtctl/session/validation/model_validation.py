@@ -274,7 +274,7 @@ def write_prediction(
             column = what if index == 0 else f"{name}_{what}"
             table[column], units[column] = values, signal_units[name]
     metadata = {"program": "rtctl", "record": record.name, "file": record.file, "use": record.use}
-    write_parquet(folder / f"{record.name}.parquet", table, units, metadata)
+    write_parquet(folder / f"{record.name}.parquet", table, units, metadata, "simulate")
 
 
 def _write_sweep(folder: Path, compared: ComparedRecord, signal_units: Mapping[str, str]) -> None:
@@ -292,7 +292,7 @@ def _write_sweep(folder: Path, compared: ComparedRecord, signal_units: Mapping[s
             for part, first in (("in_phase", 0), ("quadrature", 1)):
                 table[f"{what}_{part}"], units[f"{what}_{part}"] = values[first::2], signal_units[name]
     metadata = {"program": "rtctl", "record": record.name, "file": record.file, "use": record.use}
-    write_parquet(folder / f"{record.name}.parquet", table, units, metadata)
+    write_parquet(folder / f"{record.name}.parquet", table, units, metadata, "simulate")
 
 
 def _on_all_cores(

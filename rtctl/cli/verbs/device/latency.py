@@ -30,10 +30,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Run the verb. Returns 0: some period is held by every driver; 1: not so."""
     from rtctl.api.machines import measure_latency
-    from rtctl.cli.options import is_quiet, output_folder, print_json
+    from rtctl.cli.options import is_quiet, output_file, output_folder, print_json
     from rtctl.cli.printing.latency import print_latency
 
     folder = output_folder(args.out)
+    for name in ("latency.json", "latency.png"):
+        output_file(folder / name, "a file of the result", "latency")
     latency = measure_latency(
         args.driver, periods=args.period, duration=args.duration, priority=args.priority, cpu=args.cpu,
         settings=args.overrides, progress=not is_quiet(args),

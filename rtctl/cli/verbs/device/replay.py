@@ -24,10 +24,12 @@ def run(args: argparse.Namespace) -> int:
     if args.export is not None:
         return _run_export(args)
     from rtctl.api.runs.recordings import replay
-    from rtctl.cli.options import output_folder, print_json
+    from rtctl.cli.options import output_file, output_folder, print_json
     from rtctl.cli.printing.runs import print_replay
 
     folder = None if args.out is None else output_folder(args.out)
+    if folder is not None:
+        output_file(folder / "replayed.parquet", "a recording", "replay")
     replayed = replay(args.run)
     if folder is not None:
         replayed.save(folder)

@@ -23,7 +23,12 @@ def run(args: argparse.Namespace) -> int:
             f"--out {folder}: is not empty; choose a new folder, or --force to overwrite sources"
         )
     made = export_c(
-        str(scenario), model=args.model, out=folder, settings=args.overrides, extrema=args.extrema
+        str(scenario),
+        model=args.model,
+        out=folder,
+        settings=args.overrides,
+        extrema=args.extrema,
+        force=args.force,
     )
     if args.json:
         print_json({**asdict(made), "folder": str(made.folder)})

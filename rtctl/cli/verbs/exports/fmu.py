@@ -18,7 +18,7 @@ def run(args: argparse.Namespace) -> int:
         raise InputError(f"fmu: a unit is made of a model alone, got {args.source}; give --model FILE")
     made = export_fmu(
         args.model,
-        output_file(args.out, "a functional mock-up unit"),
+        output_file(args.out, "a functional mock-up unit", "export fmu", [args.model]),
         version=args.fmi,
         dataset=args.dataset,
         step_s=_step_s(args.step),

@@ -14,7 +14,7 @@ def run(args: argparse.Namespace) -> int:
 
     if args.source is None:
         raise InputError("mcap: the folder of a run is needed: rtctl export mcap RUN --out FILE")
-    rows = export_mcap(args.source, output_file(args.out, "an MCAP file"))
+    rows = export_mcap(args.source, output_file(args.out, "an MCAP file", "export mcap"))
     if args.json:
         print_json({"file": str(args.out), "rows": rows})
     else:

@@ -52,6 +52,7 @@ def run(args: argparse.Namespace) -> int:
     if args.mechanisms is not None and args.model is None:
         check_mechanisms(args.mechanisms, args.dataset)
     folder = output_folder(args.out)
+    check_output(args, folder)
     model = args.model or identified(args, folder / "model.toml")
     diagnosis = diagnose(
         args.dataset, model, mechanisms=args.mechanisms, false_claim_rate=args.false_claims,
@@ -71,6 +72,19 @@ def run(args: argparse.Namespace) -> int:
     say_next_experiment(args, diagnosis, folder)
     say_next(args, next_words(diagnosis, args, folder), diagnosis.answer.correction)
     return 1 if diagnosis.stopped else 0
+
+
+def check_output(args: argparse.Namespace, folder: Path) -> None:
+    """Raise InputError where the answer would replace a file that is read or that no diagnosis wrote."""
+    from rtctl.cli.options import output_file
+    from rtctl.diagnosis.report.files import NAMES
+
+    sources = [args.dataset, *([] if args.model is None else [args.model])]
+    for name in NAMES:
+        output_file(folder / name, "a file of the answer", "diagnose", sources)
+    if args.model is None:
+        for name in ("model.toml", "model.png"):
+            output_file(folder / name, "a file of the answer", "identify", sources)
 
 
 def identified(args: argparse.Namespace, out: Path) -> Path:
@@ -108,7 +122,9 @@ def next_words(diagnosis: Diagnosis, args: argparse.Namespace, folder: Path) -> 
     if diagnosis.answer.correction and args.model is None:
         return ["diagnose", args.dataset, "--out", folder]
     if diagnosis.answer.correction:
-        return ["identify", args.dataset, "--model", args.model, "--out", folder / "model.toml"]
+        is_start = args.model.resolve() == (folder / "model.toml").resolve()
+        out = folder / ("model-corrected.toml" if is_start else "model.toml")
+        return ["identify", args.dataset, "--model", args.model, "--out", out]
     proposed = diagnosis.next_experiment
     if proposed is not None and proposed.decides and diagnosis.dataset.is_acquired:
         return ["acquire", folder / "next-experiment.toml", "--out", folder / "next"]

@@ -32,25 +32,33 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Run the verb. Returns 1 where the model does not follow the data."""
     from rtctl.api.identifying.identification import identify
+    from rtctl.border.errors import InputError
     from rtctl.cli.next_step import answer_folder, say_next
     from rtctl.cli.options import is_quiet, output_file, print_json
     from rtctl.cli.printing.fits import print_fit
     from rtctl.extras import can_draw
 
-    out = output_file(args.out)
+    draws = not args.no_plot and can_draw()
+    start = [] if args.model is None else [args.model]
+    out = output_file(args.out, "a model file", "identify", [args.dataset, *start])
+    if draws and out.suffix == ".png":
+        raise InputError(
+            f"--out {out}: a model file is needed, and its picture has that name; call it {out.stem}.toml"
+        )
+    if draws:
+        output_file(out.with_suffix(".png"), "a picture", "identify", [args.dataset])
     fit = identify(
         args.dataset, kind=args.kind, model=args.model, starts=args.starts, seed=args.seed,
         plays=args.plays, cells=args.cells, progress=not is_quiet(args),
     )  # fmt: skip
-    draws = not args.no_plot and can_draw()
     fit = fit.save(out, plot=draws)
     if args.json:
         print_json({"model": str(out), **fit.to_dict()})
     elif not args.quiet:
         print_fit(fit, out, out.with_suffix(".png") if draws else None)
     if fit.correction:
-        start = [] if args.model is None else ["--model", args.model]
-        say_next(args, ["identify", args.dataset, *start, "--out", out], fit.correction)
+        begin = ["--model", args.model] if start else []
+        say_next(args, ["identify", args.dataset, *begin, "--out", out], fit.correction)
     elif is_diagnosed_next(fit.model.kind, trusted=fit.trusted):
         say_next(args, ["diagnose", args.dataset, "--model", out, "--out", answer_folder(out.parent, out)])
     return 0 if fit.trusted else 1

@@ -18,7 +18,7 @@ def run(args: argparse.Namespace) -> int:
     from rtctl.cli.options import output_file, print_json
     from rtctl.cli.printing.first_look import print_preview
 
-    out = None if args.out is None else output_file(args.out, "a picture (PNG)")
+    out = None if args.out is None else output_file(args.out, "a picture (PNG)", "preview")
     shown = preview(args.dataset)
     picture = None if out is None else shown.save(out)
     if args.json:

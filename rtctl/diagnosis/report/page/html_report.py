@@ -83,7 +83,7 @@ def report_page(diagnosis: Diagnosis, dataset: Dataset, provenance: Mapping[str,
         "<h3>What was read</h3>", tabulate_data(dataset),
         tabulate_provenance(provenance),
     ]  # fmt: skip
-    return page(f"Diagnosis of {dataset.name}", [part for part in parts if part])
+    return page(f"Diagnosis of {dataset.name}", [part for part in parts if part], "diagnose")
 
 
 def _drawn_pictures(diagnosis: Diagnosis) -> list[Picture]:
