@@ -53,7 +53,7 @@ def test_json_has_null_for_what_is_not_finite_and_python_s_own_numbers(tmp_path:
         "array": np.array([1.0, np.nan]),
         "text": "µ",
     }
-    write_json(tmp_path / "new" / "summary.json", content)
+    write_json(tmp_path / "new" / "summary.json", content, "run")
     assert json.loads((tmp_path / "new" / "summary.json").read_text(encoding="utf-8")) == {
         "a": [1.5, None, {"b": None}],
         "n": 3,
@@ -65,8 +65,8 @@ def test_json_has_null_for_what_is_not_finite_and_python_s_own_numbers(tmp_path:
 
 def test_a_write_that_breaks_keeps_the_summary_that_was_there(tmp_path: Path) -> None:
     path = tmp_path / "summary.json"
-    write_json(path, {"verdict": "pass"})
+    write_json(path, {"verdict": "pass"}, "run")
     with pytest.raises(TypeError):
-        write_json(path, {"verdict": object()})
+        write_json(path, {"verdict": object()}, "run")
     assert json.loads(path.read_text()) == {"verdict": "pass"}
     assert [entry.name for entry in tmp_path.iterdir()] == ["summary.json"]

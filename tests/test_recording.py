@@ -94,7 +94,7 @@ def test_a_write_that_breaks_keeps_the_file_that_was_there(tmp_path: Path) -> No
     path = tmp_path / "signals.parquet"
     recorded(3).write(path, {})
     with pytest.raises(ValueError, match="could not convert"):
-        write_parquet(path, {"a": np.array(["text"])}, {}, {})  # type: ignore[dict-item]
+        write_parquet(path, {"a": np.array(["text"])}, {}, {}, "run")  # type: ignore[dict-item]
     assert pq.read_table(path).num_rows == 3
     assert [entry.name for entry in tmp_path.iterdir()] == ["signals.parquet"]
 

@@ -145,7 +145,7 @@ def test_parts_make_the_same_table_as_the_whole(tmp_path: Path) -> None:
     for k in range(10_000):
         recorder.append((k, 0.1 * k, -0.3 * k))
     table = recorder.close().table()
-    write_parquet_parts(tmp_path / "a.parquet", list(table), table.parts(999), dict(COLUMNS), METADATA)
+    write_parquet_parts(tmp_path / "a.parquet", list(table), table.parts(999), dict(COLUMNS), METADATA, "run")
     found = pq.read_table(tmp_path / "a.parquet")
     assert found.num_rows == 10_000
     np.testing.assert_array_equal(found["deflection"].to_numpy(), table["deflection"])

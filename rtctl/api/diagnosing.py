@@ -22,7 +22,7 @@ from rtctl.extras import require
 from rtctl.measured.dataset import Dataset
 from rtctl.output.interrupt import stop_on_interrupt
 from rtctl.output.notebook import html_table, number
-from rtctl.output.own_files import refuse_read
+from rtctl.output.own_files import mark_of, refuse_read
 from rtctl.output.progress import Progress, Reporter, reporter
 
 if TYPE_CHECKING:
@@ -100,7 +100,8 @@ class Diagnosis:
         from rtctl.evaluation.metrics import finite
 
         provenance = self._provenance(path_of("folder", folder))
-        content: dict[str, Any] = finite(self.answer.json | {"provenance": provenance})
+        marked = {"program": mark_of("diagnose"), **self.answer.json, "provenance": provenance}
+        content: dict[str, Any] = finite(marked)
         return content
 
     def figures(self) -> Mapping[str, Figure]:

@@ -81,7 +81,7 @@ def test_the_rows_of_an_earlier_run_do_not_stand_for_one_without_a_sample(tmp_pa
 
 
 def test_a_run_that_ended_without_a_sample_shows_its_verdict(tmp_path: Path) -> None:
-    write_parquet(tmp_path / "signals.parquet", {}, {}, {"program": "rtctl"})
+    write_parquet(tmp_path / "signals.parquet", {}, {}, {"program": "rtctl"}, "run")
     (tmp_path / "summary.json").write_text(
         '{"verdict": "fault", "tracking": {}, "self_sensing": {}, "checks": [], "timing": {"overruns": 0}, '
         '"faults": [{"fault": "timeout", "message": "no answer"}]}',

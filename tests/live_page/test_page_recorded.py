@@ -119,7 +119,7 @@ def test_runs_of_a_demonstration_are_found_and_the_one_under_way_is_the_newest(t
 def test_a_parquet_file_is_read_across_the_borders_of_its_row_groups(tmp_path: Path) -> None:
     path, values = tmp_path / "signals.parquet", np.arange(300.0)
     parts = [{"index": values[k : k + 100]} for k in (0, 100, 200)]
-    write_parquet_parts(path, ["index"], parts, {"index": ""}, {"program": "rtctl"})
+    write_parquet_parts(path, ["index"], parts, {"index": ""}, {"program": "rtctl"}, "run")
     rows = ParquetRows(path)
     for first, last in ((0, 300), (99, 101), (100, 200), (150, 260), (299, 300), (5, 5)):
         assert rows.read(first, last)["index"].tolist() == values[first:last].tolist(), (first, last)

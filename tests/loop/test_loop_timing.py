@@ -67,7 +67,7 @@ def test_the_share_above_a_duration() -> None:
 
 
 def test_nothing_timed_is_null_in_the_summary(tmp_path: Path) -> None:
-    write_json(tmp_path / "s.json", Histogram().summary_us())
+    write_json(tmp_path / "s.json", Histogram().summary_us(), "run")
     written = json.loads((tmp_path / "s.json").read_text())
     assert written == {"p50": None, "p99": None, "p99_9": None, "max": None}
 

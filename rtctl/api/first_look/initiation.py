@@ -208,7 +208,11 @@ def write_proposal(proposal: Proposal, folder: Path, *, plot: bool = True) -> In
         if made and folder.is_dir() and not any(folder.iterdir()):
             folder.rmdir()
         raise
-    sources = {one.name: Source(one.column, _short(one)) for one in proposal.signals}
+    kinds = proposal.kind.signals
+    sources = {
+        (kinds[one.name].stands_for if one.name in kinds else "") or one.name: Source(one.column, _short(one))
+        for one in proposal.signals
+    }
     summary = preview_with(dataset, sources)
     picture = summary.save(folder / PICTURE) if plot else None
     return Initiation(path=path, picture=picture, proposal=proposal, summary=summary)

@@ -16,8 +16,14 @@ MOST_ROWS = 40
 """Rows that are printed; the summary has all of them."""
 
 
-def print_comparison(summary: Mapping[str, Any], folder: Path) -> None:
-    """Print the records with the largest errors, in the dataset's order where they are few."""
+def print_comparison(summary: Mapping[str, Any], folder: Path, *, drawn: bool) -> None:
+    """Print the records with the largest errors, in the dataset's order where they are few.
+
+    Args:
+        summary: Content of `summary.json`.
+        folder: Where the results are.
+        drawn: Whether the folder has a picture of the worst record.
+    """
     scored = [(row, name, score) for row in summary["records"] for name, score in row["outputs"].items()]
     shown = scored
     if len(scored) > MOST_ROWS:
@@ -43,7 +49,8 @@ def print_comparison(summary: Mapping[str, Any], folder: Path) -> None:
         print(f"{len(scored) - len(shown)} more, with smaller errors, in {folder / 'summary.json'}")
     for remark in summary.get("remarks", ()):
         print(f"note: {remark}")
-    print(f"results in {folder}; the worst record, {summary['worst']}, in {folder / 'worst.png'}")
+    place = f", in {folder / 'worst.png'}" if drawn else ""
+    print(f"results in {folder}; the worst record: {summary['worst']}{place}")
 
 
 def warn_of_divergence(comparison: Comparison) -> None:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
 from rtctl.border.errors import InputError
+
+_PLACE = re.compile(r'records\.\d+ "[^"]*": ')
 
 
 class Findings:
@@ -43,6 +46,15 @@ class Findings:
             self.add(f"{where}: {error}")
 
     def raise_all(self) -> None:
-        """Raise InputError with every message, one a line, if there is one."""
+        """Raise InputError with every message, one a line, if there is one; what several records share, once."""
         if self._lines:
-            raise InputError("\n".join(self._lines))
+            raise InputError("\n".join(_shared_once(self._lines)))
+
+
+def _shared_once(lines: Iterable[str]) -> Iterator[str]:
+    """Yield the lines; of those that differ in the record alone the first one, and how many more there are."""
+    groups: dict[str, list[str]] = {}
+    for line in lines:
+        groups.setdefault(_PLACE.sub("records: ", line, count=1), []).append(line)
+    for first, *more in groups.values():
+        yield f"{first} (the same in {len(more)} more record{'s' * (len(more) > 1)})" if more else first

@@ -67,10 +67,16 @@ def propose(surveys: Sequence[Survey], answers: Answers) -> Proposal:
         signals=signals,
         time=time_guess,
         records=records,
-        unused=unused | _leftovers(candidates, signals, roles, kind),
+        unused=_without_used(unused, signals) | _leftovers(candidates, signals, roles, kind),
         opens=(*time.opens, *roles.opens, *unit_opens),
         unsure=(*_remarks(surveys), *time.unsure, *roles.unsure, *unsure, *record_notes),
     )
+
+
+def _without_used(unused: Mapping[str, str], signals: Sequence[SignalGuess]) -> dict[str, str]:
+    """Return the columns that look like no signal, without one that the user named as one all the same."""
+    used = {one.column for one in signals}
+    return {name: why for name, why in unused.items() if name not in used}
 
 
 class _Found(NamedTuple):
@@ -90,7 +96,7 @@ def _columns(surveys: Sequence[Survey], answers: Answers, time: TimeGuess) -> _F
     """Return the columns of the signals where `time` is the time."""
     candidates, unused = find_candidates(surveys, [time.column])
     plant, plant_why = _plant(answers, candidates)
-    kind = plant_kind(plant).without_stand_ins()
+    kind = _with_named_input(plant_kind(plant), answers)
     if kind.free_signals:
         if answers.model is None:
             answers = with_named_signals(answers, surveys[0].columns)
@@ -106,6 +112,17 @@ def _columns(surveys: Sequence[Survey], answers: Answers, time: TimeGuess) -> _F
         else assign_roles(candidates, kind, given)
     )
     return _Found(candidates, unused | computed, kind, given, roles, answers, plant, plant_why)
+
+
+def _with_named_input(kind: PlantKind, answers: Answers) -> PlantKind:
+    """Return the kind of plant with its own signals, and those that stand for them where the user names these."""
+    named = {text.partition("=")[0].strip() for text in answers.inputs}
+    instead = {one.stands_for: name for name, one in kind.signals.items() if one.stands_for and name in named}
+    signals = {
+        instead.get(name, name): kind.signals[instead.get(name, name)]
+        for name in kind.without_stand_ins().signals
+    }
+    return replace(kind, signals=signals)
 
 
 def refuse_open(proposal: Proposal, files: Sequence[str]) -> None:
@@ -165,7 +182,8 @@ def _check_two_signals(survey: Survey, time: TimeGuess) -> None:
     if len(signals) == 1 and not others:
         raise InputError(
             f'{survey.path}: has one signal, "{signals[0]}", beside its time "{time.column}"; a drive and a '
-            "response are needed, in one file: export both channels together"
+            "response are needed, in one file: export both channels together. Of a release without any drive: add a "
+            "column of zeros, such as force_N, and say --input force_N:N"
         )
 
 

@@ -195,7 +195,13 @@ def _kind(column: Column) -> str:
 
 
 def _remedy(survey: Survey) -> str:
-    """Return what to do with a matrix of all signals, the usual reason; "" for others."""
+    """Return what to do with columns of several rates or a matrix of all signals, the usual reasons; "" for others."""
+    lengths = {one.rows for one in survey.columns.values() if one.values is not None and one.rows > 1}
+    if len(lengths) > 1:
+        return (
+            ". They were recorded at different rates: export them again with one time for all, or resample the faster "
+            "ones to the rate of the slowest with a filter against aliasing (SciPy resample_poly, MATLAB resample)"
+        )
     for name, column in survey.columns.items():
         if "one dimension is needed" in column.refusal:
             if survey.path.suffix.lower() == ".mat":

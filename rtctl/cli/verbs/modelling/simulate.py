@@ -20,14 +20,16 @@ def run(args: argparse.Namespace) -> int:
     from rtctl.cli.next_step import answer_folder, say_next
     from rtctl.cli.options import is_quiet, output_folder, print_json
     from rtctl.cli.printing.comparison import print_comparison, warn_of_divergence
+    from rtctl.extras import can_draw
 
     folder = output_folder(args.out)
     comparison = simulate(args.model, args.dataset, out=folder, progress=not is_quiet(args))
-    comparison.save(folder, plot=not args.no_plot)
+    drawn = not args.no_plot and can_draw()
+    comparison.save(folder, plot=drawn)
     if args.json:
         print_json(comparison.summary)
     elif not args.quiet:
-        print_comparison(comparison.summary, folder)
+        print_comparison(comparison.summary, folder, drawn=drawn)
     warn_of_divergence(comparison)
     if not comparison.diverged:
         answer = answer_folder(folder.parent, args.model)

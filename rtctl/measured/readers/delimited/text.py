@@ -159,18 +159,31 @@ def index_lines(text: Text, head: int = 0) -> Lines:
         while block := file.read(BLOCK_BYTES):
             codes = np.frombuffer(block, np.uint8)
             ends = (codes == _LF) | (codes == _CR)
-            if in_quotes or b'"' in block:
-                inside = (np.cumsum(codes == _QUOTE) + in_quotes) % 2 == 1
-                if (inside & ends).any():
-                    raise ValueError("a line break stands inside quotes, or a quote is not closed; remove it")
-                in_quotes = bool(inside[-1])
             starts = np.flatnonzero(~ends & np.concatenate([[after_end], ends[:-1]]))
+            if in_quotes or b'"' in block:
+                quotes = codes == _QUOTE
+                above = (
+                    head - 1 - count
+                )  # lines of this block above the last one of the head, which names columns
+                if above > 0:  # a title may have a lone one: 6" is six inches
+                    quotes[: starts[above] if above < len(starts) else None] = False
+                inside = (np.cumsum(quotes) + in_quotes) % 2 == 1
+                if (broken := np.flatnonzero(inside & ends)).size:
+                    raise ValueError(_about_quote(text, offset + int(broken[0])))
+                in_quotes = bool(inside[-1])
             only_blanks = only_blanks or _has_blank_line(block, codes, starts)
             if count + len(starts) > head:
                 k = max(head - count, 0)
                 index.append(Line(count + k, offset + int(starts[k])) if k < len(starts) else index[-1])
             count, offset, after_end = count + len(starts), offset + len(block), bool(ends[-1])
     return Lines(count, index, only_blanks)
+
+
+def _about_quote(text: Text, end: int) -> str:
+    """Return the message about a quote that is open where a line ends, at byte `end`."""
+    with text.opened() as file:
+        number = len(file.read(end).splitlines())
+    return f"line {number}: a line break stands inside quotes, or a quote is not closed; remove it"
 
 
 _ONLY_BLANKS = re.compile(rb"[ \t]+(?=[\r\n]|\Z)")
