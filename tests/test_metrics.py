@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from rtctl.evaluation.metrics import ErrorScore, score, write_json
+from rtctl.version import __version__
 
 
 def test_errors_by_hand() -> None:
@@ -55,6 +56,7 @@ def test_json_has_null_for_what_is_not_finite_and_python_s_own_numbers(tmp_path:
     }
     write_json(tmp_path / "new" / "summary.json", content, "run")
     assert json.loads((tmp_path / "new" / "summary.json").read_text(encoding="utf-8")) == {
+        "program": f"rtctl run {__version__}",
         "a": [1.5, None, {"b": None}],
         "n": 3,
         "yes": True,
@@ -68,5 +70,5 @@ def test_a_write_that_breaks_keeps_the_summary_that_was_there(tmp_path: Path) ->
     write_json(path, {"verdict": "pass"}, "run")
     with pytest.raises(TypeError):
         write_json(path, {"verdict": object()}, "run")
-    assert json.loads(path.read_text()) == {"verdict": "pass"}
+    assert json.loads(path.read_text())["verdict"] == "pass"
     assert [entry.name for entry in tmp_path.iterdir()] == ["summary.json"]

@@ -61,7 +61,7 @@ def write_parquet_parts(
     import pyarrow.parquet as pq
 
     fields = [pa.field(name, pa.float64(), metadata={"unit": units.get(name, "")}) for name in names]
-    texts = {key: str(value) for key, value in metadata.items()} | {"written_by": mark_of(command)}
+    texts = {key: str(value) for key, value in metadata.items()} | {"program": mark_of(command)}
     schema = pa.schema(fields, metadata=texts)
     with replacing(path, command) as partial, pq.ParquetWriter(partial, schema, compression="zstd") as writer:
         for part in parts:

@@ -80,7 +80,7 @@ def acquire(
         units={channel.name: channel.unit for channel in _channels(scenario)},
         holds={channel.name: "zero" for channel in scenario.profile.commands},
         incomplete=failure,
-        metadata={"program": "rtctl", "driver": scenario.driver.kind, "clock": scenario.clock.mode},
+        metadata={"driver": scenario.driver.kind, "clock": scenario.clock.mode},
     )
     if failure:
         raise RunError(f"{failure}; the {len(records)} records before it are in {path}")

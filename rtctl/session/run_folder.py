@@ -21,7 +21,7 @@ from typing import Any
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
 from rtctl.loop.events import Events, append_to
-from rtctl.output.own_files import is_written_by, refuse_foreign
+from rtctl.output.own_files import is_written_by, mark_of, refuse_foreign
 from rtctl.recording import write_parquet
 from rtctl.recording.layout import ColumnsOnDemand, Rows
 from rtctl.recording.mapped import Keeper, MappedRecorder
@@ -118,7 +118,7 @@ def run_metadata(tables: Mapping[str, Any]) -> dict[str, str]:
     """Return a recording's metadata: the scenario as it was run, overrides included."""
     import tomli_w
 
-    return {"scenario": tomli_w.dumps(tables), "program": "rtctl"}
+    return {"scenario": tomli_w.dumps(tables), "program": mark_of("run")}
 
 
 def watch_words(folder: Path) -> str:

@@ -155,7 +155,7 @@ def run_on_board(
         folder / "signals.parquet",
         result.signals,
         result.units,
-        {"program": "rtctl", "board": str(place)},
+        {"board": str(place)},
         "run",
     )
     write_json(folder / "summary.json", result.summary, "run")

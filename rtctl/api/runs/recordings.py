@@ -48,7 +48,7 @@ class Replayed:
 
         target = path_of("folder", folder)
         target.mkdir(parents=True, exist_ok=True)
-        metadata = {"program": "rtctl", "replay_of": str(self.run)}
+        metadata = {"replay_of": str(self.run)}
         write_parquet(target / "replayed.parquet", dict(self.columns), {}, metadata, "replay")
         return target
 

@@ -17,7 +17,7 @@ from typing import NamedTuple
 from rtctl.border.errors import DriverError
 from rtctl.loop.events import Events, append_to
 from rtctl.loop.live_parameters import ParameterChannel
-from rtctl.output.own_files import refuse_foreign
+from rtctl.output.own_files import mark_of, refuse_foreign
 from rtctl.output.readable_units import readable
 from rtctl.recording.mapped import Keeper, MappedRecorder
 from rtctl.recording.parquet import ROWS_OF_A_GROUP, write_parquet_parts
@@ -99,7 +99,7 @@ def bench_account(folder: Path, of: Accounted) -> Iterator[BenchAccount]:
     if (aside := set_aside(folder)) is not None:
         print(f"rtctl serve: the account of a server that was killed is now in {aside}", file=sys.stderr)
     metadata = {
-        "program": "rtctl", "title": of.title, "period_s": repr(of.period_s), "clock": "lockstep",
+        "program": mark_of("serve"), "title": of.title, "period_s": repr(of.period_s), "clock": "lockstep",
         "inputs": json.dumps(of.inputs), PARAMETERS: json.dumps(dict(of.units)),
     }  # fmt: skip
     channel, keeper = ParameterChannel(), Keeper()

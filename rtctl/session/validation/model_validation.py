@@ -273,7 +273,7 @@ def write_prediction(
         for what, values in columns.items():
             column = what if index == 0 else f"{name}_{what}"
             table[column], units[column] = values, signal_units[name]
-    metadata = {"program": "rtctl", "record": record.name, "file": record.file, "use": record.use}
+    metadata = {"record": record.name, "file": record.file, "use": record.use}
     write_parquet(folder / f"{record.name}.parquet", table, units, metadata, "simulate")
 
 
@@ -291,7 +291,7 @@ def _write_sweep(folder: Path, compared: ComparedRecord, signal_units: Mapping[s
         ):
             for part, first in (("in_phase", 0), ("quadrature", 1)):
                 table[f"{what}_{part}"], units[f"{what}_{part}"] = values[first::2], signal_units[name]
-    metadata = {"program": "rtctl", "record": record.name, "file": record.file, "use": record.use}
+    metadata = {"record": record.name, "file": record.file, "use": record.use}
     write_parquet(folder / f"{record.name}.parquet", table, units, metadata, "simulate")
 
 

@@ -165,7 +165,7 @@ def index_lines(text: Text, head: int = 0) -> Lines:
                 above = (
                     head - 1 - count
                 )  # lines of this block above the last one of the head, which names columns
-                if above > 0:  # a title may have a lone one: 6" is six inches
+                if above >= 0:  # a title may have a lone one: 6" is six inches
                     quotes[: starts[above] if above < len(starts) else None] = False
                 inside = (np.cumsum(quotes) + in_quotes) % 2 == 1
                 if (broken := np.flatnonzero(inside & ends)).size:
