@@ -277,3 +277,34 @@ def test_a_test_record_that_one_file_does_not_have_is_refused_too(
     path = table(tmp_path, "t [s],u [V],x [mm]\n", M.t, M.u, M.x, name="a.csv")
     assert f"--test {said}: no such data file" in refusal(capsys, path, "--test", said, "--no-plot")
     assert [one.name for one in tmp_path.iterdir()] == ["a.csv"]
+
+
+def test_two_rates_in_one_file_are_told_with_what_to_do(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    np.savez(tmp_path / "r.npz", force_N=M.u, laser_mm=M.x[::4])
+    said = refusal(capsys, tmp_path / "r.npz")
+    assert "recorded at different rates" in said
+    assert "resample the faster ones" in said
+
+
+def test_a_release_without_a_drive_is_told_with_what_to_do(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    said = refusal(capsys, table(tmp_path, "t [s],angle [deg]\n", M.t, M.x))
+    assert "release without any drive: add a column of zeros" in said
+
+
+def test_a_finding_of_all_records_of_a_file_is_told_once(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = table(tmp_path, "t [s],u [V],x [mm]\n", M.t, M.u, M.x)
+    assert main(["init", str(path), "--yes", "--quiet", "--no-plot"]) == 0
+    manifest = tmp_path / "dataset.toml"
+    manifest.write_text(
+        manifest.read_text(encoding="utf-8").replace('"x [mm]"', '"y [mm]"'), encoding="utf-8"
+    )
+    assert main(["preview", str(manifest)]) == 2
+    said = capsys.readouterr().err
+    assert said.count('no column "y [mm]"') == 1
+    assert "(the same in 1 more record)" in said

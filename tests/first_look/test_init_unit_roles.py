@@ -57,3 +57,18 @@ def test_an_unusual_unit_is_told_and_possible(
     doubts = [one for one in found.unsure if "uncalibrated" in one or "is it what drives" in one]
     assert len(doubts) == (told != "")
     assert not told or told in doubts[0]
+
+
+def test_a_named_base_acceleration_is_the_input_of_the_manifest(tmp_path: Path) -> None:
+    path = write_text(tmp_path / "r.csv", "t [s],base,x [mm]\n", M.t, M.u, M.x)
+    found = rtctl.init(path, inputs="base_acceleration=base:g", plot=False)
+    assert "[signals.base_acceleration]" in found.path.read_text(encoding="utf-8")
+    (drive,) = [one for one in found.summary.signals if one.role == "input"]
+    assert (drive.column, drive.unit_from) == ("base", "given")
+
+
+def test_a_torque_in_nm_is_no_doubt_where_newton_metres_are_said(tmp_path: Path) -> None:
+    path = write_text(tmp_path / "r.csv", "t [s],torque_Nm,angle [deg]\n", M.t, 0.0 * M.u, M.x)
+    found = rtctl.init(path, inputs="torque_Nm:N*m", plot=False)
+    assert not any("Nm" in text for text in found.unsure)
+    assert "torque_Nm" not in found.proposal.unused

@@ -260,3 +260,12 @@ def test_columns_that_no_line_names_are_numbered(tmp_path: Path, text: str) -> N
     assert tuple(open_table(path).columns) == ("column_1", "column_2")
     np.testing.assert_array_equal(column(path, "column_1"), [0.0, 1.0])
     np.testing.assert_array_equal(column(path, "column_2"), [1.5, -3.25])
+
+
+def test_a_lone_quote_in_a_title_is_read_and_one_among_the_rows_is_told_with_its_line(tmp_path: Path) -> None:
+    title = 'Woofer 6" laser\n'
+    assert np.allclose(column(write(tmp_path, title + semicolons(PLAIN)), "a"), A)
+    rows = semicolons(PLAIN).splitlines()
+    rows[5] += '"'
+    with pytest.raises(InputError, match="line 7: a line break stands inside quotes"):
+        column(write(tmp_path, title + "\n".join(rows)), "a")

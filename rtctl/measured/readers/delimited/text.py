@@ -162,9 +162,7 @@ def index_lines(text: Text, head: int = 0) -> Lines:
             starts = np.flatnonzero(~ends & np.concatenate([[after_end], ends[:-1]]))
             if in_quotes or b'"' in block:
                 quotes = codes == _QUOTE
-                above = (
-                    head - 1 - count
-                )  # lines of this block above the last one of the head, which names columns
+                above = head - 1 - count  # where the last line of the head begins in this block
                 if above >= 0:  # a title may have a lone one: 6" is six inches
                     quotes[: starts[above] if above < len(starts) else None] = False
                 inside = (np.cumsum(quotes) + in_quotes) % 2 == 1
