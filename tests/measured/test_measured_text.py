@@ -267,5 +267,5 @@ def test_a_lone_quote_in_a_title_is_read_and_one_among_the_rows_is_told_with_its
     assert np.allclose(column(write(tmp_path, title + semicolons(PLAIN)), "a"), A)
     rows = semicolons(PLAIN).splitlines()
     rows[5] += '"'
-    with pytest.raises(InputError, match="line 7: a line break stands inside quotes"):
+    with pytest.raises(ValueError, match="line 7: a line break stands inside quotes"):
         column(write(tmp_path, title + "\n".join(rows)), "a")
