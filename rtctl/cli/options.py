@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from rtctl.border.errors import InputError
-from rtctl.output.own_files import refuse_foreign, refuse_read
+from rtctl.output.own_files import mark_of, refuse_foreign, refuse_read
 
 
 def output_folder(path: Path) -> Path:
@@ -33,12 +33,17 @@ def is_quiet(args: argparse.Namespace) -> bool:
     return bool(args.quiet or args.json)
 
 
-def print_json(content: Mapping[str, Any] | Sequence[Any]) -> None:
-    """Print a result as JSON on standard output; numbers that are not finite become null."""
+def print_json(content: Mapping[str, Any] | Sequence[Any], command: str = "") -> None:
+    """Print a result as JSON on standard output; numbers that are not finite become null.
+
+    With `command`, a mapping is printed as the file that this command writes of it.
+    """
     import json
 
     from rtctl.evaluation.metrics import finite
 
+    if command and isinstance(content, Mapping):
+        content = {"program": mark_of(command), **content}
     print(json.dumps(finite(content), indent=2))
 
 

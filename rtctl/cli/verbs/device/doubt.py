@@ -46,7 +46,7 @@ def run(args: argparse.Namespace) -> int:
         say=lambda finding, done: print(finding_line(finding, done), flush=True) if shown else None,
     )
     if args.json:
-        print_json(summary)
+        print_json(summary, "doubt")
     elif shown:
         print("\n".join(summary_lines(summary)))
     if any(one["kind"] != "learned" for one in summary["findings"]):

@@ -41,7 +41,7 @@ def run(args: argparse.Namespace) -> int:
         progress=not is_quiet(args),
     )  # fmt: skip
     if args.json:
-        print_json(outcome.summary)
+        print_json(outcome.summary, "run")
     elif not args.quiet:
         print_summary(outcome.summary, outcome.tuning, folder)
     if outcome.fault is not None:
@@ -59,7 +59,7 @@ def _run_on_board(args: argparse.Namespace, folder: Path) -> int:
         args.scenario, board=args.on, model=args.model, out=folder, settings=args.overrides, plot=not args.no_plot
     )  # fmt: skip
     if args.json:
-        print_json(result.summary)
+        print_json(result.summary, "run")
     elif not args.quiet:
         print_summary(result.summary, None if result.tuning is None else result.tuning.describe(), folder)
     return 0 if result.summary["verdict"] == "pass" else 1

@@ -27,7 +27,7 @@ def run(args: argparse.Namespace) -> int:
     drawn = not args.no_plot and can_draw()
     comparison.save(folder, plot=drawn)
     if args.json:
-        print_json(comparison.summary)
+        print_json(comparison.summary, "simulate")
     elif not args.quiet:
         print_comparison(comparison.summary, folder, drawn=drawn)
     warn_of_divergence(comparison)

@@ -33,7 +33,7 @@ def run(args: argparse.Namespace) -> int:
         progress=not is_quiet(args),
     )  # fmt: skip
     if args.json:
-        print_json(summary)
+        print_json(summary, "sweep")
     elif not args.quiet:
         print_sweep(summary, folder)
     return 0
