@@ -223,7 +223,8 @@ def _response(columns: SweepColumns, survey: Survey, given: dict[str, Given]) ->
     elif amplitude is not None:
         stated, source = amplitude.unit, f"the file states {amplitude.text}"
     else:
-        stated, source = column.unit or read_column(column).unit.text, "the file states it"
+        read = read_column(column).unit
+        stated, source = column.unit or read.text, read.source or "the file states it"
     above, drive = _per_drive(stated)
     if drive:
         return name or quantity_of(above), above, f"the file states {stated}", drive
