@@ -34,11 +34,11 @@ def is_written_by(path: Path, command: str) -> bool:
 
 
 def refuse_foreign(path: Path, command: str) -> None:
-    """Raise InputError where something is at `path` that `command` did not write; an empty file is nothing."""
-    if not path.exists():  # also a link to nothing
+    """Raise InputError where a file or folder is at `path` that `command` did not write; an empty file is nothing."""
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder, and is not written over; choose another --out")
+    if not path.is_file():  # nothing, a link to nothing, or a device or pipe, which keeps nothing
         return
-    if not path.is_file():
-        raise InputError(f"{path}: is no file, and is not written over; choose another --out")
     try:
         is_own = path.stat().st_size == 0 or is_written_by(path, command)
     except OSError:

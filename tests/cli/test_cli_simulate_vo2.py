@@ -31,7 +31,7 @@ def test_a_model_from_other_noise_leaves_a_thousandth_of_the_range(
 ) -> None:
     assert main(["simulate", str(model_file), str(acquired), "--out", str(tmp_path), "--quiet"]) == 0
     rows = json.loads((tmp_path / "summary.json").read_text())["records"]
-    assert [row["use"] for row in rows] == ["identify", "identify", "identify", "fit", "test"]
+    assert [row["use"] for row in rows] == ["identify", "identify", "identify", "fit", "test", "fit", "test"]
     width = read_model(model_file).deflection.width
     for row in rows:
         assert row["outputs"].keys() == {"resistance", "deflection"}

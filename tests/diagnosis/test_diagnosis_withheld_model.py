@@ -55,7 +55,7 @@ def test_a_device_without_a_gap_gives_no_extended_model(
         for seed, use in ((1, "fit"), (2, "fit"), (3, "test"))
     ]
     (tmp_path / "out").mkdir()
-    (tmp_path / "out" / "model-extended.toml").write_text("# of an earlier answer")
+    (tmp_path / "out" / "model-extended.toml").write_text("# rtctl diagnose 0.1.0: of an earlier answer")
     answer = rtctl.diagnose(write_case(tmp_path, records), tmp_path / "model.toml", mechanisms=FEW)
     answer.save(tmp_path / "out")
     found = answer.to_dict()
