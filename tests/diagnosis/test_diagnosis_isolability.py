@@ -10,7 +10,7 @@ from diagnosis_cases import FRICTION, PERIOD_S, UNITS, device, measured, noise_d
 from scipy.stats import norm
 
 from rtctl.border.simulation import Stimulus
-from rtctl.diagnosis.experiment_design.isolability import compute_isolability
+from rtctl.diagnosis.experiment_design.isolability import Isolability, compute_isolability
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.directions import mechanism_sensitivities
@@ -108,3 +108,14 @@ def test_the_missing_force_is_drawn_as_the_step_of_dry_friction() -> None:
 def test_a_shape_needs_a_coordinate_that_is_one_number() -> None:
     problem, at = examined()
     assert estimate_missing_force(at, problem, ["state", "amplitude"], UNITS) is None
+
+
+def test_a_mechanism_that_is_a_parameter_of_the_model_is_no_unseen_effect() -> None:
+    found = Isolability(
+        ids=("stiffness.cubic", "sensor.offset"),
+        visible=np.zeros(2),
+        cosine=np.eye(2),
+        followers=(("stiffness_cubic",), ("damping",)),
+        unseen=np.array([np.inf, np.inf]),
+    )
+    assert found.followed(10.0) == {("damping",): ("sensor.offset",)}

@@ -42,10 +42,13 @@ class Isolability(NamedTuple):
     NaN: it moves nothing, as a limit that no motion reaches."""
 
     def followed(self, least: float) -> dict[tuple[str, ...], tuple[str, ...]]:
-        """Return the mechanisms that may move the outputs by `least` times the noise unseen, by what follows them."""
+        """Return the mechanisms that may move the outputs by `least` times the noise unseen, by what follows them.
+
+        One that the model has as its own parameter, as `stiffness.cubic` and stiffness_cubic, is no effect beside it.
+        """
         found: dict[tuple[str, ...], tuple[str, ...]] = {}
         for name, by, unseen in zip(self.ids, self.followers, self.unseen.tolist(), strict=True):
-            if unseen >= least:
+            if unseen >= least and by != (name.replace(".", "_"),):
                 found[by] = (*found.get(by, ()), name)
         return found
 
