@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from importlib import metadata
 from typing import Any, NamedTuple
 
+from rtctl.output.own_files import mark_of
 from rtctl.version import __version__
 
 PROGRAM = "rtctl"
@@ -80,7 +81,8 @@ def bill_of_materials(found: list[Material]) -> dict[str, Any]:
             "component": {
                 "type": "application", "bom-ref": own, "name": PROGRAM, "version": __version__, "purl": own,
                 "licenses": [{"license": {"id": "Apache-2.0"}}],
-            }
+            },
+            "properties": [{"name": "rtctl:written-by", "value": mark_of("sbom")}],
         },
         "components": [*parts, shown],
         "dependencies": [root, *depends],

@@ -32,6 +32,8 @@ SIGNALS, TIMING = "signals.rec", "timing.rec"
 EVENTS, MODEL = "events.jsonl", "model.toml"
 FINISHED = ("signals.parquet", "timing.parquet", "summary.json", "run.png", "doubt.json", EVENTS)
 """What is there of a run that has ended."""
+FURTHER_MODELS = "retuned-*.toml"
+"""Models that took over while a run lasted."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -190,17 +192,22 @@ def set_aside(folder: Path) -> Path | None:
     if not is_interrupted(folder):
         return None
     refuse_running(folder)
-    return _moved(folder, "interrupted", (SIGNALS, TIMING, EVENTS, MODEL))
+    return _moved(folder, "interrupted", (SIGNALS, TIMING, EVENTS, MODEL, *_further_models(folder)))
 
 
 def set_finished_aside(folder: Path) -> Path | None:
     """Move a run that has ended into a folder of its own, with a copy of its model; return that folder, or None."""
     if not (folder / FINISHED[0]).is_file():
         return None
-    aside = _moved(folder, "before", FINISHED)
+    aside = _moved(folder, "before", (*FINISHED, *_further_models(folder)))
     if (folder / MODEL).is_file():  # the run that begins may read it
         shutil.copyfile(folder / MODEL, aside / MODEL)
     return aside
+
+
+def _further_models(folder: Path) -> list[str]:
+    """Return the models that took over while the run lasted: without them it cannot be replayed."""
+    return sorted(one.name for one in folder.glob(FURTHER_MODELS))
 
 
 def _moved(folder: Path, word: str, names: Sequence[str]) -> Path:

@@ -48,3 +48,15 @@ def test_a_package_of_an_extra_alone_is_marked() -> None:
     assert found["numpy"].needed
     for name in ("mcap", "distributed"):
         assert name not in found or not found[name].needed
+
+
+def test_a_bill_replaces_an_earlier_bill_and_no_other_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "rtctl.cdx.json"
+    assert main(["sbom", "--out", str(file), "--quiet"]) == 0
+    assert main(["sbom", "--out", str(file), "--quiet"]) == 0
+    file.write_text('{"measured": 1}', encoding="utf-8")
+    assert main(["sbom", "--out", str(file), "--quiet"]) == 2
+    assert "no output of rtctl sbom" in capsys.readouterr().err
+    assert file.read_text(encoding="utf-8") == '{"measured": 1}'

@@ -81,8 +81,8 @@ def test_dahls_law_is_tried_as_a_case_of_bouc_and_wens(hysteretic: tuple[Problem
     problem, nominal = hysteretic
     case = of_law(problem, nominal, "friction.presliding")
     settings = SearchSettings(ids=IDS, level=0.01, budget=WorkBudget.of(60e8))
-    (general,) = fit_general_laws(problem, nominal, case, settings)
-    assert general.mechanisms == ("hysteresis.bouc_wen",)
+    general, *others = fit_general_laws(problem, nominal, case, settings)
+    assert {one.mechanisms for one in (general, *others)} == {("hysteresis.bouc_wen",)}
     assert general.cost < 0.9 * case.cost
     assert fit_general_laws(problem, nominal, general, settings) == []
     without = SearchSettings(ids=IDS[:1], level=0.01, budget=WorkBudget.of(60e8))

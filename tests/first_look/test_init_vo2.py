@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
 import pytest
 from first_look_cases import write_text
 
 import rtctl
 from rtctl.measured.proposal.uses.staircases import measure_staircase
+from rtctl.recording import write_parquet
+from rtctl.session.run_folder import run_metadata
 
 HEAD = "t [s],I_mA,R_ohm,defl_um\n"
 SWEEP = np.concatenate([np.linspace(4.0, 8.0, 60), np.linspace(8.0, 4.0, 60), np.linspace(4.0, 7.0, 45)])
@@ -117,22 +117,24 @@ def test_what_is_still_to_come_is_that_of_the_heating(
     assert found.to_come == pytest.approx(np.exp(-hold_s / tau_s), abs=0.03, rel=0.3)
 
 
-def own_recording(path: Path, *texts: str) -> Path:
-    """What a run records beside the signals, with the texts that it writes into the file."""
+def own_recording(path: Path, command: str, **texts: str) -> Path:
+    """What a command records beside the signals, with the texts that it writes into the file."""
     current, resistance, deflection = readings(SWEEP + 0.01 * np.sin(np.arange(len(SWEEP))), 0.001, 2e-3)
     columns = {"setpoint": (deflection + 0.1, "um"), "estimate": (deflection - 0.2, "um"),
                "estimate_standard_error": (0.1 + 0.01 * deflection, "um"), "deflection": (deflection, "um"),
                "resistance": (resistance, "ohm"), "current": (current, "mA"), "feedforward": (current, "mA"),
                "device_time": (1e3 * np.arange(len(current)), "us")}  # fmt: skip
-    fields = [pa.field(name, pa.float64(), metadata={"unit": unit}) for name, (_, unit) in columns.items()]
-    schema = pa.schema(fields, metadata=dict(one.split("=") for one in texts))
-    pq.write_table(pa.table([one for one, _ in columns.values()], schema=schema), path)
+    table, units = (
+        {name: one[0] for name, one in columns.items()},
+        {name: one[1] for name, one in columns.items()},
+    )
+    write_parquet(path, table, units, texts, command)
     return path
 
 
 def test_the_programs_own_recording_has_its_deflection_and_a_held_current(tmp_path: Path) -> None:
-    found = rtctl.init(own_recording(tmp_path / "signals.parquet", "program=rtctl", "scenario=[clock]"),
-                       out=tmp_path / "new", plot=False)  # fmt: skip
+    path = own_recording(tmp_path / "signals.parquet", "run", **run_metadata({"clock": {}}))
+    found = rtctl.init(path, out=tmp_path / "new", plot=False)
     assert found.dataset.holds == {"current": "zero"}
     guesses = {one.name: one.column for one in found.proposal.signals}
     assert guesses == {name: name for name in ("current", "resistance", "deflection")}
@@ -140,7 +142,14 @@ def test_the_programs_own_recording_has_its_deflection_and_a_held_current(tmp_pa
     assert any("timing.skew" in one for one in found.unsure)
 
 
+def test_an_acquisition_was_held_too(tmp_path: Path) -> None:
+    path = own_recording(tmp_path / "r00.parquet", "acquire", driver="inprocess")
+    found = rtctl.init(path, out=tmp_path / "new", plot=False)
+    assert found.dataset.holds == {"current": "zero"}
+    assert not any("timing.skew" in one for one in found.unsure)
+
+
 def test_a_simulation_written_by_the_program_says_nothing_of_the_hold(tmp_path: Path) -> None:
-    path = own_recording(tmp_path / "r00.parquet", "program=rtctl", "record=r00")
+    path = own_recording(tmp_path / "r00.parquet", "simulate", record="r00")
     found = rtctl.init(path, out=tmp_path / "new", plot=False)
     assert found.dataset.holds == {"current": "linear"}

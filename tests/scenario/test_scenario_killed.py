@@ -191,9 +191,12 @@ def test_a_new_run_does_not_write_over_a_finished_one(
     assert main([*short, "--set", "driver.seed=1"]) in (0, 1)
     first, events = signals_of(tmp_path), (tmp_path / "events.jsonl").read_text()
     capsys.readouterr()
+    (tmp_path / "retuned-1.toml").write_text("# took over")
     assert main([*short, "--set", "driver.seed=2"]) in (0, 1)
     assert f"{tmp_path} held a run: it is now in {tmp_path / 'before-1'}" in capsys.readouterr().err
     kept = signals_of(tmp_path / "before-1")
     np.testing.assert_array_equal(kept["amplitude"], first["amplitude"])
     assert (tmp_path / "before-1" / "events.jsonl").read_text() == events
+    assert (tmp_path / "before-1" / "retuned-1.toml").read_text() == "# took over"  # a replay needs it
+    assert not (tmp_path / "retuned-1.toml").exists()
     assert not np.array_equal(signals_of(tmp_path)["amplitude"], first["amplitude"])

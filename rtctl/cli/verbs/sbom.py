@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+COMMAND = "sbom"
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of `rtctl sbom`."""
@@ -17,15 +19,17 @@ def run(args: argparse.Namespace) -> int:
     """Print a table, or the bill as JSON. Returns 0."""
     import json
 
-    from rtctl.cli.options import print_json
+    from rtctl.cli.options import output_file, print_json
     from rtctl.output.atomic_write import replacing
     from rtctl.output.bill_of_materials import bill_of_materials, materials
     from rtctl.output.tables import print_table
 
+    if args.out is not None:
+        output_file(args.out, "a bill of materials", COMMAND)
     found = materials()
     bill = bill_of_materials(found)
     if args.out is not None:
-        with replacing(args.out) as partial:
+        with replacing(args.out, COMMAND) as partial:
             partial.write_text(json.dumps(bill, indent=1), encoding="utf-8")
     if args.json:
         print_json(bill)

@@ -11,9 +11,7 @@ NEAREST = (
     "{output} from {before:.3g} to {after:.3g} {unit} ({share:.0%} of the squared error). It is not named: {why}; it "
     "may be a part of what is missing, or only look like it"
 )
-ENDED_EARLY = (
-    "the search ended before it had compared it with sets of several causes, and it leaves more than noise"
-)
+ENDED_EARLY = "the search ended before all sets of causes were tried, and it leaves more than noise"
 NOT_ALL = "it leaves more than noise, and so does every set of causes that was tried"
 LAW_OF_NO_NAME = "a law of no name explains more"
 

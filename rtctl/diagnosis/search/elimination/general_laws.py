@@ -16,6 +16,7 @@ from rtctl.diagnosis.problem.bounds import clip_to_bounds
 from rtctl.diagnosis.problem.fit import defaulted, fit_hypothesis, polish
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.residual.shape_grid import shape_grid
 from rtctl.diagnosis.search.state import SearchSettings
 
 
@@ -79,27 +80,20 @@ def _starts_of(
     simulation = nominal.simulation.extended(
         tuple(name for name in mechanisms if name not in nominal.mechanisms)
     )
-    own = [one for one in simulation.parameters if one.mechanism == general]
     (law,) = (one for one in simulation.mechanisms if one.id == general)
-    shared = law.generalises[simpler]({one.declared.name: one.value for one in own}).keys()
-    values = {one.name: one.value for one in chosen.simulation.parameters}
-    values |= {f"{general}.{name}": values[f"{simpler}.{name}"] for name in shared}
-    moved = np.array([values.get(one.name, one.value) for one in simulation.parameters])
+    own = {one.declared.name: one for one in simulation.parameters if one.mechanism == general}
+    shared = law.generalises[simpler]({name: one.value for name, one in own.items()}).keys()
+    known = {one.name: one.value for one in chosen.simulation.parameters}
+    known |= {f"{general}.{name}": known[f"{simpler}.{name}"] for name in shared}
     names = {one.name for one in simulation.parameters}
-    fixed_parameters = (chosen.fixed_parameters & names) | (defaulted(simulation) & {one.name for one in own})
-    start = _Start(mechanisms, clip_to_bounds(simulation, moved), fixed_parameters)
-    sought = [
-        k
-        for k, one in enumerate(simulation.parameters)
-        if one in own
-        and one.declared.is_shape
-        and one.declared.default is None
-        and one.declared.name not in shared
-    ]
-    if not sought:
-        yield start
-    for k in sought:
-        shape = simulation.parameters[k].declared
-        for times in np.geomspace(*shape.shape_range, shape.grid):
-            moved[k] = times * shape.scale(problem.scales)
-            yield start._replace(simulation=clip_to_bounds(simulation, moved.copy()))
+    fixed_parameters = (chosen.fixed_parameters & names) | (
+        defaulted(simulation) & {one.name for one in own.values()}
+    )
+    lacking = [name for name, one in own.items() if one.declared.is_shape and name not in shared]
+    choices = dict.fromkeys(
+        tuple(one.values[name] for name in lacking) for one in shape_grid(law, problem, ())
+    )
+    for choice in choices:
+        values = known | {f"{general}.{name}": value for name, value in zip(lacking, choice, strict=True)}
+        moved = np.array([values.get(one.name, one.value) for one in simulation.parameters])
+        yield _Start(mechanisms, clip_to_bounds(simulation, moved), fixed_parameters)

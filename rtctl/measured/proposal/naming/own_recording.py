@@ -24,12 +24,18 @@ def is_own_recording(texts: Mapping[str, str]) -> bool:
     Args:
         texts: What the file says in words, by where it stands.
     """
-    return is_own_run(texts) or (texts.get(PROGRAM) == "rtctl" and OF_ACQUISITIONS in texts)
+    return is_own_run(texts) or (_says(texts, "acquire") and OF_ACQUISITIONS in texts)
 
 
 def is_own_run(texts: Mapping[str, str]) -> bool:
     """Return whether a file says that it is the recording of a run of rtctl."""
-    return texts.get(PROGRAM) == "rtctl" and OF_RUNS in texts
+    return _says(texts, "run") and OF_RUNS in texts
+
+
+def _says(texts: Mapping[str, str], command: str) -> bool:
+    """Return whether a file says that a command of rtctl wrote it; earlier versions named the program alone."""
+    program = texts.get(PROGRAM, "")
+    return program == "rtctl" or program.startswith(f"rtctl {command} ")
 
 
 def without_computed(
