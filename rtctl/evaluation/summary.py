@@ -59,9 +59,7 @@ def summarise(
     levels, held = _levels(scenario, plant, model, signals)
     apart = output_scores(scenario, model, signals)
     checks = _checks(scenario, {**_worst_errors(tracking, sensing, apart), **held})
-    failed = [
-        check for check in checks if check["met"] is False
-    ]  # None: no instrument, nothing to hold it to
+    failed = [one for one in checks if one["met"] is False]  # None: no instrument, nothing to hold it to
     summary: dict[str, Any] = {
         "scenario": scenario.scenario.title,
         "verdict": "fault" if outcome.fault is not None else "fail" if failed else "pass",
@@ -79,12 +77,8 @@ def summarise(
             "missed": scenario.clock.missed,
             "requests": [request._asdict() for request in requests],
         },
-        "clamped_steps": int(
-            np.count_nonzero(signals["device_status"].astype(np.int64) & DeviceStatus.CLAMPED)
-        ),
-        "readings_disagreed": int(
-            np.count_nonzero(signals["estimate_status"].astype(np.int64) & EstimateStatus.DISAGREES)
-        ),
+        "clamped_steps": _marked(signals["device_status"], DeviceStatus.CLAMPED),
+        "readings_disagreed": _marked(signals["estimate_status"], EstimateStatus.DISAGREES),
         **({"levels": levels} if levels else {}),
         **({"step_response": steps} if (steps := _steps(scenario, signals, factor, unit)) else {}),
         "checked": all(check["met"] is not None for check in checks),
@@ -94,6 +88,11 @@ def summarise(
     }
     cleaned: dict[str, Any] = finite(summary)  # what --json prints is what the file holds
     return cleaned
+
+
+def _marked(status: FloatArray, bit: int) -> int:
+    """Return in how many rows (n,) of status bits a bit is set."""
+    return int(np.count_nonzero(status.astype(np.int64) & bit))
 
 
 def _summary_unit(unit: str) -> tuple[str, float]:
