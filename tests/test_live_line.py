@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import pty
 import re
@@ -38,6 +39,21 @@ def test_a_tail_reads_each_row_once_while_it_is_written_and_after_the_end(tmp_pa
     assert len(tail.new_rows()["a"]) == 0
     assert seen == Rows(tmp_path / "r.rec").table()["a"][:-1].tolist() == np.arange(3703.0).tolist()
     tail.close()
+
+
+def test_a_tail_leaves_no_file_open_whether_it_was_closed_or_let_go(tmp_path: Path) -> None:
+    MappedRecorder(tmp_path / "r.rec", [("a", "um")], {}, Keeper()).close()
+
+    def count() -> int:
+        return sum(1 for one in Path("/proc/self/fd").iterdir() if one.resolve() == tmp_path / "r.rec")
+
+    kept = Tail(tmp_path / "r.rec")
+    assert count() == 1
+    kept.close()
+    kept.close()
+    Tail(tmp_path / "r.rec")
+    gc.collect()
+    assert count() == 0
 
 
 def test_times_read_as_a_clock_does() -> None:

@@ -6,6 +6,7 @@ A mapped file that the writer truncates at its end would kill the reader; a read
 from __future__ import annotations
 
 import os
+import weakref
 from pathlib import Path
 
 import numpy as np
@@ -27,12 +28,13 @@ class Tail:
         self._path = path
         self._begin, self._stride = header.begin, stride_of(len(self.names))
         self._file = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+        self._closing = weakref.finalize(self, os.close, self._file)
         self.count = 0
         """Whole rows at the last look."""
 
     def close(self) -> None:
-        """Close the file."""
-        os.close(self._file)
+        """Close the file, which also happens when nothing refers to it any more."""
+        self._closing()
 
     def new_rows(self) -> dict[str, FloatArray]:
         """Return the columns (rows,) of the rows since the last look, of very many the newest."""
