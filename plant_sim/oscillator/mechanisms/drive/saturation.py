@@ -11,7 +11,6 @@ import math
 import numpy as np
 
 from plant_sim.oscillator.integration.holds import compiled
-from plant_sim.oscillator.integration.pointwise import pointwise
 from plant_sim.oscillator.mechanism import Driven, OscillatorMechanism, Values, coefficient, shape
 from rtctl.border.arrays import FloatArray
 
@@ -26,12 +25,10 @@ SERIES = (
 
 def saturated(drive: Driven, p: Values) -> Driven:
     """Return the drive as a magnetisation follows it, u (1 - curvature u^2 / 15 + ...), or cut off."""
-    if p["curvature"] > 0.0:
+    if p["curvature"] > 0.0 or p["clipped"] > 0.0:
         out = np.empty_like(drive.nodes)
-        _saturate(drive.nodes, math.sqrt(p["curvature"]), out)
+        _saturate(drive.nodes, math.sqrt(p["curvature"]), p["clipped"], p["limit"], out)
         drive = drive._replace(nodes=out)
-    if p["clipped"] > 0.0:
-        drive = pointwise(drive, lambda u: u - p["clipped"] * (u - np.clip(u, -p["limit"], p["limit"])))
     return drive
 
 
@@ -48,7 +45,7 @@ def bent(x: float) -> float:
 
 
 @compiled
-def _saturate(nodes: FloatArray, root: float, out: FloatArray) -> None:
+def _saturate(nodes: FloatArray, root: float, clipped: float, limit: float, out: FloatArray) -> None:
     """Saturate every instant of `nodes` (steps, 3) once: most steps start where another ended, or are constant."""
     before = made = math.nan
     for i in range(len(nodes)):
@@ -56,6 +53,7 @@ def _saturate(nodes: FloatArray, root: float, out: FloatArray) -> None:
             u = nodes[i, c]
             if u != before:
                 before, made = u, u * bent(root * u)
+                made -= clipped * (made - min(max(made, -limit), limit))
             out[i, c] = made
 
 
