@@ -20,11 +20,8 @@ from duffing_cases import (
     stick_slip,
 )
 from duffing_cases import stimulus as record_of
-from hypothesis import given
-from hypothesis import strategies as st
 from mechanism_oracles import stribeck
 
-from plant_sim.oscillator.equation.elementary import fading, soft_sign
 from plant_sim.oscillator.model import oscillator_simulation
 
 LEVEL = 350.0
@@ -41,16 +38,6 @@ def predicted(identity: str, steps_per_period: float | None = None, **values: fl
 
 def off(found: FloatArray, expected: FloatArray) -> float:
     return float(np.abs(found - expected).max() / np.abs(expected).max())
-
-
-@given(st.floats(0.0, 1e6))
-def test_the_arithmetic_is_that_of_the_exponential(x: float) -> None:
-    assert fading.py_func(x) == pytest.approx(math.exp(-x), rel=1e-9, abs=1e-12)
-
-
-@given(st.floats(-1e6, 1e6))
-def test_the_arithmetic_is_that_of_the_hyperbolic_tangent(x: float) -> None:
-    assert soft_sign(x) == pytest.approx(math.tanh(x), rel=1e-9, abs=1e-12)
 
 
 @pytest.mark.parametrize(("level", "share"), [(LEVEL, 0.3), (LEVEL, 0.05), (LEVEL, 0.01), (60.0, 0.01)])

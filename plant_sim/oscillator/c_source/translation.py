@@ -21,7 +21,10 @@ CALLS = {
     "copysign": "copysign",
     "floor": "floor",
     "sqrt": "sqrt",
+    "power": "pow",
+    "two_to": "exp2",
 }
+"""Functions of C, by what the laws call them; the last two are the same to 1e-12."""
 COMPARED: dict[type[ast.cmpop], str] = {
     ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=",
 }  # fmt: skip
@@ -184,7 +187,7 @@ class _Function:
     def _call(self, called: ast.expr, arguments: list[ast.expr]) -> str:
         name = called.attr if isinstance(called, ast.Attribute) else ast.unparse(called)
         function = self._function.__globals__.get(name)
-        if function is None or not hasattr(function, "py_func"):
+        if name in CALLS or not hasattr(function, "py_func"):
             if name not in CALLS:
                 raise TypeError(f"{self._name}: the function {name} has no form in C")
             return f"{CALLS[name]}({', '.join(self._number(one) for one in arguments)})"

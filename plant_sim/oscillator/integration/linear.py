@@ -11,6 +11,7 @@ integrals involving the matrix exponential, IEEE Trans. Automatic Control 23(3),
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -40,15 +41,9 @@ class Lag(NamedTuple):
 def lag(steps: float, degree: int) -> Lag:
     """Return the response of x' = steps (s^k - x), k up to `degree`; `steps`: a step in time constants, > 0."""
     if steps < SERIES_BELOW:
-        m = range(1, SERIES_TERMS + 1)
-        terms = np.array(
-            [
-                [-((-steps) ** j) * math.factorial(k) / math.factorial(k + j) for j in m]
-                for k in range(degree + 1)
-            ]
-        )
-        power = np.arange(degree + 1)[:, None, None] + np.array(m)[:, None] + np.arange(3)
-        return Lag(terms.sum(axis=1), (terms[:, :, None] / (power + 1.0)).sum(axis=1))
+        divisors, powers = _of_series(degree)
+        terms = -np.cumprod(np.full(SERIES_TERMS, -steps)) / divisors
+        return Lag(terms.sum(axis=1), (terms[:, :, None] / powers).sum(axis=1))
     end = [-math.expm1(-steps)]
     for k in range(1, degree + 1):
         end.append(1.0 - k / steps * end[-1])
@@ -59,6 +54,15 @@ def lag(steps: float, degree: int) -> Lag:
             before = 1.0 / (k + order + 1) - (end[k] - order * before) / steps
             moments[k, order] = before
     return Lag(np.array(end), moments)
+
+
+@cache
+def _of_series(degree: int) -> tuple[FloatArray, FloatArray]:
+    """Return of term m of the series (degree + 1, terms) of s^k: (k + m)! / k!, and its power of s plus 1, 2, 3."""
+    m = np.arange(1.0, SERIES_TERMS + 1)
+    k = np.arange(degree + 1.0)[:, None]
+    divisors = np.cumprod(k + m, axis=1, dtype=np.float64)
+    return divisors, (k + m)[:, :, None] + np.arange(1.0, 4.0)
 
 
 def lagging_nodes(nodes: FloatArray, steps: float, settled: float = 1.0) -> FloatArray:

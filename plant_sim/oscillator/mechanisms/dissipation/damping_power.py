@@ -11,6 +11,7 @@ from __future__ import annotations
 from typing import Any
 
 from plant_sim.oscillator.equation.binding import law
+from plant_sim.oscillator.equation.elementary import power
 from plant_sim.oscillator.mechanism import RELAXATION, Memory, OscillatorMechanism, Values, coefficient, shape
 
 SMOOTH = 1e-3
@@ -22,7 +23,7 @@ SMOOTH = 1e-3
 def slowed(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: int) -> Any:  # noqa: PLR0913
     """Return force and rate; p: level, 1 / speed, (exponent - 1) / 2, smooth part squared; w: an unused state."""
     x = v * p[row + 1, j]
-    return -p[row, j] * x * (x * x + p[row + 3, j]) ** p[row + 2, j], (0.0 * z,)
+    return -p[row, j] * x * power(x * x + p[row + 3, j], p[row + 2, j]), (0.0 * z,)
 
 
 def constants(p: Values) -> tuple[float, ...]:

@@ -9,6 +9,7 @@ import math
 from typing import Any
 
 from plant_sim.oscillator.equation.binding import law
+from plant_sim.oscillator.equation.elementary import power
 from plant_sim.oscillator.mechanism import (
     RELAXATION,
     Memory,
@@ -27,7 +28,7 @@ def hysteretic(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int,
     |h|^order stays within 1 / (loop + bend).
     """
     h = w[0]
-    size = abs(h) ** p[row + 4, j]
+    size = power(abs(h), p[row + 4, j])
     rate = v - p[row + 2, j] * abs(v) * (size if h > 0.0 else -size) - p[row + 3, j] * v * size
     return -p[row, j] * h, (rate * p[row + 1, j],)
 

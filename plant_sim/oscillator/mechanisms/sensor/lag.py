@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
+from plant_sim.oscillator.integration.holds import compiled
 from plant_sim.oscillator.integration.linear import lag
 from plant_sim.oscillator.mechanism import Moved, OscillatorMechanism, Values, coefficient
 from rtctl.border.arrays import FloatArray
@@ -29,12 +31,19 @@ def behind(moved: Moved, time_constant: float) -> FloatArray:
     """Return z (samples,) behind a lag that is settled at first; exact for the cubic through z and its slope."""
     z, slope = moved.displacement, moved.slope * moved.period_s
     ends = lag(moved.period_s / time_constant, 3).end
-    w = ends @ HERMITE
-    pushed = np.empty_like(z)
-    pushed[0] = z[0]
-    pushed[1:] = w[0] * z[:-1] + w[1] * slope[:-1] + w[2] * z[1:] + w[3] * slope[1:]
-    found: FloatArray = lfilter([1.0], [1.0, ends[0] - 1.0], pushed)
-    return found
+    out = np.empty_like(z)
+    _follow(z, slope, 1.0 - ends[0], ends @ HERMITE, out)
+    return out
+
+
+@compiled
+def _follow(z: Any, slope: Any, decay: float, w: Any, out: Any) -> None:
+    """Set `out` to the lag's output at samples of `z`, from `z[0]` on; `slope` in z a sample."""
+    y = z[0]
+    out[0] = y
+    for i in range(1, len(z)):
+        y = decay * y + ((w[0] * z[i - 1] + w[1] * slope[i - 1]) + (w[2] * z[i] + w[3] * slope[i]))
+        out[i] = y
 
 
 MECHANISM = OscillatorMechanism(
