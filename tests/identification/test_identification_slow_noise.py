@@ -1,4 +1,4 @@
-"""Noise without end towards zero frequency: its long details are as large as they are, and whitened they are not."""
+"""Noise without end towards zero frequency: found by its law, whitened, and as uncertain as it makes an offset."""
 
 from __future__ import annotations
 
@@ -7,10 +7,17 @@ import pytest
 from numpy.typing import NDArray
 
 from rtctl.diagnosis.residual.projection import RecordRows, estimate_noise, project
-from rtctl.identification.noise.slow_noise import LEVELS, SlowPart, fit_slow_part, sum_by_level
+from rtctl.identification.noise.residual_noise import NoiseModel, fit_noise_in_parts
+from rtctl.identification.noise.slow_noise import SlowPart, fit_slow_part, spectrum_of
 
 FloatArray = NDArray[np.float64]
-STEEP = SlowPart(4.0 ** np.arange(LEVELS))
+
+
+def of_power(rng: np.random.Generator, rows: int, samples: int, power: SlowPart) -> FloatArray:
+    """(rows, samples) of noise of unit power times that of a slow part."""
+    length = 4 * samples
+    size = np.sqrt(power.power(np.fft.rfftfreq(length)))
+    return np.fft.irfft(np.fft.rfft(rng.standard_normal((rows, length))) * size)[:, :samples]
 
 
 def one_over_f(rng: np.random.Generator, rows: int, samples: int) -> FloatArray:
@@ -20,59 +27,61 @@ def one_over_f(rng: np.random.Generator, rows: int, samples: int) -> FloatArray:
     return np.fft.irfft(np.fft.rfft(rng.standard_normal((rows, 2 * samples))) * size)[:, :samples]
 
 
-@pytest.mark.parametrize("samples", [1, 2, 3, 7, 64, 1000])
-def test_details_are_orthonormal_at_any_length(samples: int) -> None:
-    unchanged = SlowPart(np.ones(LEVELS)).whiten(np.eye(samples))
-    np.testing.assert_allclose(unchanged, np.eye(samples), rtol=0.0, atol=1e-12)
-    matrix = STEEP.whiten(np.eye(samples))
-    np.testing.assert_allclose(matrix, matrix.T, rtol=0.0, atol=1e-12)
-    _, numbers = sum_by_level(np.zeros((1, samples)))
-    gains = np.sort(np.repeat(1.0 / np.sqrt(STEEP.variances), numbers.astype(int)))
-    assert np.linalg.eigvalsh(matrix) == pytest.approx(gains, abs=1e-9)
-
-
-def test_the_squares_of_all_levels_are_those_of_the_series() -> None:
+def test_a_spectrum_in_cells_has_the_mean_square_and_the_correlation_of_the_series() -> None:
     series = np.random.default_rng(0).standard_normal((3, 777))
-    squares, numbers = sum_by_level(series)
-    assert squares.sum() == pytest.approx(np.sum(series**2))
-    assert numbers.sum() == 777
+    series[:, 1:] += series[:, :-1]
+    spectrum = spectrum_of([series])
+    exact = [float(np.sum(series[:, k:] * series[:, : 777 - k])) / 777 for k in range(8)]
+    assert spectrum.share.sum() == pytest.approx(1.0)
+    assert spectrum.correlation(7) == pytest.approx(exact, abs=2e-3 * exact[0])
 
 
 def test_white_noise_has_no_slow_part() -> None:
     rng = np.random.default_rng(1)
-    parts = [fit_slow_part(*sum_by_level(rng.standard_normal((1, 3000)))) for _ in range(100)]
-    seen = [one for one in parts if one is not None]
-    assert len(seen) < 45  # 30 by its level
-    assert all(one.variances[:6] == pytest.approx(1.0, abs=0.5) for one in seen)
-
-
-def test_growing_details_are_found_and_made_white() -> None:
-    slow = np.where(np.arange(LEVELS) < 5, 1.0, 2.0 ** (np.arange(LEVELS) - 4.0))
-    coloured = SlowPart(1.0 / slow).whiten(np.random.default_rng(2).standard_normal((4, 4096)))
-    squares, numbers = sum_by_level(coloured)
-    found = fit_slow_part(squares, 4 * numbers)
-    assert found is not None
-    assert found.variances[:9] == pytest.approx(slow[:9], rel=0.4)
-    squares, numbers = sum_by_level(found.whiten(coloured))
-    assert squares[:9] / (4 * numbers[:9]) == pytest.approx(1.0, abs=0.3)
-
-
-@pytest.mark.parametrize("growth", [1.0, 1.5, 2.0])
-def test_its_power_is_that_of_its_details(growth: float) -> None:
-    part = SlowPart(np.where(np.arange(LEVELS) < 5, 1.0, growth ** (np.arange(LEVELS) - 4.0)))
-    length = 4096
-    covariance = np.linalg.inv(part.whiten(np.eye(length // 4)))
-    power = float(np.mean(part.power(np.arange(length // 2 + 1) / length)))
-    assert power == pytest.approx(float(np.mean(np.sum(covariance**2, axis=1))), rel=0.15)
+    found = [fit_noise_in_parts([rng.standard_normal((1, 3000))], 1.0, (), slow=True) for _ in range(100)]
+    assert sum(one.slow is not None for one in found) < 5
 
 
 def test_a_mean_that_was_taken_out_is_no_sign_of_a_slow_part() -> None:
     rng = np.random.default_rng(4)
-    found = 0
-    for _ in range(50):
-        series = rng.standard_normal((1, 1024))
-        found += fit_slow_part(*sum_by_level(series - series.mean())) is not None
-    assert found < 25
+    made = [rng.standard_normal((1, 1024)) for _ in range(50)]
+    found = [fit_noise_in_parts([one - one.mean()], 1.0, (), slow=True) for one in made]
+    assert sum(one.slow is not None for one in found) < 5
+
+
+@pytest.mark.parametrize("exponent", [1.0, 2.0])
+@pytest.mark.parametrize("colour", [0.0, 0.6])
+def test_a_law_is_found_beside_a_colour_and_made_white(exponent: float, colour: float) -> None:
+    truth = SlowPart(0.02, exponent)
+    series = of_power(np.random.default_rng(2), 1, 16384, truth)[0]
+    for k in range(1, len(series)):
+        series[k] += colour * series[k - 1]
+    series = series[200:]
+    found = fit_noise_in_parts([series[None]], 1.0, (), slow=True)
+    assert found.slow is not None
+    assert len(found.coefficients) <= 3
+    at = np.array([1e-3, 3e-3, 1e-2])
+    ratio = found.slow.power(at) / truth.power(at)
+    assert ratio / ratio[2] == pytest.approx(1.0, abs=0.5)
+    white = found.whiten(series)
+    pieces = white[: len(white) // 256 * 256].reshape(-1, 256).mean(axis=1)
+    assert np.mean(white**2) == pytest.approx(1.0, abs=0.05)
+    assert 256.0 * np.mean(pieces**2) == pytest.approx(1.0, abs=0.6)
+
+
+@pytest.mark.parametrize("samples", [3, 50, 700])
+def test_whitening_is_that_of_the_covariance_from_the_first_sample_on(samples: int) -> None:
+    model = NoiseModel(np.array([-0.5]), 2.0, SlowPart(0.05, 1.0))
+    power = model.power(2**16)
+    lags = np.fft.irfft(power)[:samples]
+    covariance = lags[np.abs(np.subtract.outer(np.arange(samples), np.arange(samples)))]
+    matrix = model.whiten(np.eye(samples)).T
+    np.testing.assert_allclose(matrix @ covariance @ matrix.T, np.eye(samples), atol=5e-3)
+
+
+def test_what_was_taken_out_entirely_leaves_nothing_to_fit() -> None:
+    spectrum = spectrum_of([np.zeros((1, 100))])
+    assert fit_slow_part(spectrum, 100, 5, np.ones(len(spectrum.power))) is None
 
 
 def statistics_of_a_constant(*, slow: bool) -> float:

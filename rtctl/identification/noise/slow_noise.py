@@ -1,112 +1,133 @@
-"""The slow part of a noise, whose power grows towards zero frequency (1/f) and which no autoregression reaches.
+"""The slow part of a noise, whose power grows towards zero frequency (1/f) and which no short autoregression reaches.
 
-After whitening by an autoregression the unbalanced Haar details at blocks of 2^j samples are nearly uncorrelated, and
-those of long blocks are larger than the others. The transform is orthonormal, so dividing each detail by its
-standard deviation whitens a series of any length. The sizes are smoothed over the levels, as few details are long.
+    S(f) = s(f) (1 + (corner / f)^exponent),   s the power of an autoregression
 
-Reference: G. W. Wornell, Wavelet-based representations for the 1/f family of fractal processes, Proc. IEEE 81 (1993)
-1428.
+Corner and exponent are the likeliest of a grid, each with the autoregression that suits it best, by Whittle's
+likelihood; its two numbers are paid for as BIC does. Unlike a free size for each octave, a law that holds from octave
+to octave is known from those that a fit leaves alone.
+
+References: P. Whittle, Arkiv foer Matematik 2 (1953) 423; F. N. Hooge, IEEE Trans. Electron Devices 41 (1994) 1926, for
+exponents about 1; a random walk has 2.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.fft import next_fast_len
 
 from rtctl.border.arrays import FloatArray
+from rtctl.identification.noise.autoregression import likeliest, sum_spectra
 
-LEVELS = 40
-"""Number of levels: enough for any record."""
-LEVEL_STEP = 0.5
-"""Standard deviation of the log variance from level to level; 1/f doubles it, a random walk quadruples it."""
-SIGNIFICANCE = 0.3
-"""Approximate chance that white noise looks as slow; the slow part that it is then given is small."""
-ROUND_OFF_VARIANCE = 1e-6
-"""Variance relative to white noise below which details were removed with the mean."""
+EXPONENTS = (0.7, 1.0, 1.4, 2.0)
+CORNERS_AN_OCTAVE = 2
+UNKNOWNS = 2
+"""Corner and exponent."""
+WIDEST_CELL = 0.002
+"""Width of a cell of the spectrum [periods per sample]: an autoregression of order 60 turns an eighth in it."""
+CELL_GROWTH = 0.05
+"""Width of a cell over its frequency, at least one value of the spectrum."""
 
 
 class SlowPart(NamedTuple):
-    """Variances (LEVELS,) of the details of blocks of 2^level samples, level 1 first; white noise has 1 in each."""
+    """A power 1 + (corner / f)^exponent at f periods per sample."""
 
-    variances: FloatArray
+    corner: float
+    """Frequency at which it is as large as the rest [periods per sample]."""
+    exponent: float
 
     def power(self, frequencies: FloatArray) -> FloatArray:
-        """Return the power at `frequencies` in periods per sample, relative to white noise.
+        """Return the power at `frequencies` in periods per sample, relative to the rest of the noise.
 
         At frequency 0 it is that of the lowest frequency given.
         """
         lowest = np.min(frequencies[frequencies > 0.0], initial=0.5)
-        levels = -np.log2(np.maximum(frequencies, lowest))
-        return np.exp(np.interp(levels, 1.5 + np.arange(LEVELS), np.log(self.variances)))
-
-    def whiten(self, series: FloatArray) -> FloatArray:
-        """Return `series` (..., n) with each detail divided by its standard deviation."""
-        sums, counts = _build_pyramid(series)
-        gains = 1.0 / np.sqrt(self.variances)
-        found: FloatArray = gains[len(sums) - 1] * sums[-1] / counts[-1]
-        for level in range(len(sums) - 2, -1, -1):
-            rest = found - gains[level] * (sums[level + 1] / counts[level + 1])
-            found = sums[level] * (gains[level] / counts[level])
-            found[..., ::2] += rest
-            found[..., 1::2] += rest[..., : found.shape[-1] // 2]
+        found: FloatArray = 1.0 + (self.corner / np.maximum(frequencies, lowest)) ** self.exponent
         return found
 
 
-def fit_slow_part(squares: FloatArray, numbers: FloatArray) -> SlowPart | None:
-    """Fit the variances to `squares` (LEVELS,), sums over `numbers` (LEVELS,) details.
+class Spectrum(NamedTuple):
+    """Mean periodogram of a noise in cells (cells,) from zero frequency to half the sample rate."""
 
-    The logarithms of the variances are a random walk over the levels, with an error of sqrt(2 / number) each.
+    frequency: FloatArray
+    """Periods per sample."""
+    power: FloatArray
+    share: FloatArray
+    """Share of all frequencies that are in the cell."""
+    lowest: float
+    """Lowest frequency of the longest record [periods per sample]."""
+
+    def correlation(self, lags: int) -> FloatArray:
+        """Return the autocorrelation (1 + lags,)."""
+        turns = np.cos(2.0 * np.pi * np.outer(np.arange(lags + 1), self.frequency))
+        found: FloatArray = turns @ (self.share * self.power)
+        return found
+
+
+def spectrum_of(series: Sequence[FloatArray]) -> Spectrum:
+    """Return the spectrum of records (rows, n), whose rows' squares add."""
+    longest = max(one.shape[1] for one in series)
+    length = int(next_fast_len(2 * longest, real=True))
+    power = sum_spectra(series, length) / sum(one.shape[1] for one in series)
+    weight = np.full(len(power), 2.0)
+    weight[0] = 1.0
+    weight[-1] = 2.0 if length % 2 else 1.0
+    first = _first_of_cells(len(power), length)
+    share = np.add.reduceat(weight, first)
+    return Spectrum(
+        frequency=np.add.reduceat(weight * np.arange(len(power)), first) / share / length,
+        power=np.add.reduceat(weight * power, first) / share,
+        share=share / length,
+        lowest=1.0 / longest,
+    )
+
+
+def fit_slow_part(
+    spectrum: Spectrum, count: int, highest: int, beside: FloatArray
+) -> tuple[FloatArray, float, SlowPart] | None:
+    """Fit an autoregression with a slow part.
+
+    Args:
+        spectrum: That of the noise.
+        count: Number of samples.
+        highest: Highest order of the autoregression.
+        beside: Power (cells,) of further parts of the noise, which stay as they are.
 
     Returns:
-        The slow part, or None where white noise explains the details.
+        Coefficients and variance of the autoregression and the slow part; None where the noise has none.
     """
-    seen = (numbers > 0.0) & (squares > ROUND_OFF_VARIANCE * numbers)
-    if not seen.any():
+
+    def fitted(shape: FloatArray) -> tuple[FloatArray, float, float]:
+        left = spectrum._replace(power=spectrum.power / (beside * shape))
+        a, variance, bic = likeliest(left.correlation(highest), count)
+        return a, variance, bic + count * float(spectrum.share @ np.log(shape))
+
+    if not spectrum.power.any():
         return None
-    raw = np.zeros(LEVELS)
-    raw[seen] = np.log(squares[seen] / numbers[seen])
-    unlike = float(np.sum(numbers[seen] * np.expm1(raw[seen]) - numbers[seen] * raw[seen]))
-    if chi2.sf(unlike, int(seen.sum())) > SIGNIFICANCE:
-        return None
-    weight = np.where(seen, 0.5 * numbers, 0.0)
-    steps = np.diff(np.eye(LEVELS), axis=0) / LEVEL_STEP
-    smooth = np.linalg.solve(np.diag(weight) + steps.T @ steps, weight * raw)
-    return SlowPart(np.exp(smooth))
-
-
-def sum_by_level(series: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return sums of squared details over all rows of `series` (rows, n), and their numbers in a row, both (LEVELS,).
-
-    The last level that is used is the mean.
-    """
-    squares, numbers = np.zeros(LEVELS), np.zeros(LEVELS)
-    sums, counts = _build_pyramid(series)
-    energy = [float(np.sum(one**2 / count)) for one, count in zip(sums, counts, strict=True)]
-    for level in range(len(sums) - 1):
-        squares[level] = max(energy[level] - energy[level + 1], 0.0)
-        numbers[level] = sums[level].shape[-1] - sums[level + 1].shape[-1]
-    squares[len(sums) - 1], numbers[len(sums) - 1] = energy[-1], 1.0
-    return squares, numbers
-
-
-def _build_pyramid(series: FloatArray) -> tuple[list[FloatArray], list[FloatArray]]:
-    """Return sums over blocks of 1, 2, 4 ... samples up to the whole, and how many samples each block has.
-
-    The last block of each level is as long as there are samples.
-    """
-    sums, counts = [series], [np.ones(series.shape[-1])]
-    while sums[-1].shape[-1] > 1:
-        sums.append(_sum_pairs(sums[-1]))
-        counts.append(_sum_pairs(counts[-1]))
-    return sums, counts
-
-
-def _sum_pairs(series: FloatArray) -> FloatArray:
-    """Return the sums of neighbouring pairs of (..., n); the last value alone where n is odd."""
-    both = series.shape[-1] // 2
-    found = np.empty((*series.shape[:-1], series.shape[-1] - both))
-    np.add(series[..., : 2 * both : 2], series[..., 1::2], out=found[..., :both])
-    found[..., both:] = series[..., 2 * both :]
+    *_, least = fitted(np.ones(len(spectrum.power)))
+    least -= UNKNOWNS * float(np.log(count))
+    found = None
+    frequency = np.maximum(spectrum.frequency, 0.5 * spectrum.lowest)
+    for slow in _grid(spectrum.lowest):
+        a, variance, bic = fitted(slow.power(frequency))
+        if bic < least:
+            found, least = (a, variance, slow), bic
     return found
+
+
+def _grid(lowest: float) -> list[SlowPart]:
+    """Return the slow parts that are tried; `lowest` [periods per sample]."""
+    octaves = max(0.0, np.log2(0.25 / lowest))
+    corners = 0.25 * 2.0 ** (-np.arange(int(octaves * CORNERS_AN_OCTAVE) + 1) / CORNERS_AN_OCTAVE)
+    return [SlowPart(float(corner), exponent) for exponent in EXPONENTS for corner in corners]
+
+
+def _first_of_cells(values: int, length: int) -> list[int]:
+    """Return the first of the values of a spectrum in each cell; zero frequency has one of its own."""
+    first, at = [0], 1
+    while at < values:
+        first.append(at)
+        at += max(1, int(min(CELL_GROWTH * at, WIDEST_CELL * length)))
+    return first

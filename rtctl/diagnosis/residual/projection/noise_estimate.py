@@ -18,7 +18,6 @@ from rtctl.identification.noise.residual_noise import (
     combine_models,
     fit_noise_in_parts,
     group_by_period,
-    without_hole,
 )
 from rtctl.identification.noise.resonant_part import Resonance
 
@@ -97,7 +96,7 @@ def _fit_by_period(
     for group in groups:
         period_s = rows[group[0]].period_s
         found = fit_noise_in_parts([series[k] for k in group], period_s, resonances, slow=slow)
-        models.append((without_hole(found) if only_adds else found)._replace(period_s=period_s))
+        models.append(found._replace(period_s=period_s))
     return combine_models(models, [sum(rows[k].residual.shape[1] for k in group) for group in groups])
 
 
