@@ -94,11 +94,18 @@ def test_one_that_makes_them_worse_is_not_told_and_the_large_one_is(
     assert dropped == ("sensor.offset",)
 
 
-@pytest.mark.parametrize(("tested_mm", "verdict"), [(0.0, "adequate"), (2e-4, "explained")])
+@pytest.mark.parametrize(
+    ("fitted_mm", "tested_mm", "verdict"),
+    [
+        (4e-4, 0.0, "adequate"),
+        (4e-4, 4e-4, "explained"),
+        pytest.param(1.5e-4, 1.5e-4, "adequate", id="hardly seen"),
+    ],
+)
 def test_a_cause_alone_that_is_small_beside_the_noise_is_asked_as_well(
-    tested_mm: float, verdict: str
+    fitted_mm: float, tested_mm: float, verdict: str
 ) -> None:
-    records = tuple(record_of(seed, 2e-4, FRICTION_FREE) for seed in (1, 2))
+    records = tuple(record_of(seed, fitted_mm, FRICTION_FREE) for seed in (1, 2))
     problem = Problem(
         subject=subject_of("oscillator"),
         records=records,

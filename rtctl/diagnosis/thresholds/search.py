@@ -185,6 +185,9 @@ class SearchThresholds:
     it: noise that is not autoregressive, or a converter's steps, look like a small offset or friction."""
     small_set_share: float = 0.05
     """Share of the residual's squares below which all that a set removes is small beside the noise."""
+    least_support: float = 0.01
+    """Share of the squared error on test records that a small cause has to remove: half a percent of the error is no
+    reason to change a model, however certain it is, and what a simulation rounds is seen at a ten thousandth."""
     shown_share: float = 0.5
     """Initial share of a test record to which parameters of its own (a hum's) are fitted; the rest is judged."""
 

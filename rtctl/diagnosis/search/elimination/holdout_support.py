@@ -31,7 +31,7 @@ def drop_unsupported(
     ids: Sequence[str],
     budget: WorkBudget,
 ) -> tuple[SearchResult, tuple[str, ...]]:
-    """Drop the small causes without which the error on test records is no larger.
+    """Drop the small causes without which the error on test records is hardly larger, or smaller.
 
     The residual tests stay those of the larger set: what remains without such a cause is too small to be one. Nothing
     is dropped once the budget is spent, nor where no test record can be simulated.
@@ -47,6 +47,7 @@ def drop_unsupported(
         The outcome without those causes, and their ids.
     """
     dropped: list[str] = []
+    least = problem.thresholds.search.least_support
     nominal, chosen = result.nominal.hypothesis, result.chosen.hypothesis
     while tests and not budget.spent and _causes(result):
         reduced = _list_reduced(result, chosen, problem)
@@ -61,7 +62,7 @@ def drop_unsupported(
         seen = np.isfinite(error) & np.isfinite(rest)
         if (
             not seen.any()
-            or rest[seen].sum() > error[seen].sum()
+            or rest[seen].sum() > (1.0 + least) * error[seen].sum()
             or _shows_whitened(result, fewer, problem, tests)
         ):
             break
