@@ -12,6 +12,11 @@ from rtctl.border.simulation import FreeParameter
 from rtctl.identification.fit_record import FitRecord, derivative_order, response_of
 
 LONGEST_SPECTRUM = 2**16
+MAIN_LOBE = 2
+"""Periods in a piece up to which a Hann window spreads what is constant, and most of a drift."""
+CELLS_A_DECADE = 12
+PROMINENT = 100.0
+"""Ratio of the power of a peak to the lowest before it, from which on it is the motion's."""
 FLOOR_MARGIN = 20.0
 """Multiple of the noise floor that no bin of a white noise's spectrum reaches, even of a long one."""
 
@@ -99,7 +104,27 @@ def find_dominant_rate(records: Sequence[FitRecord], output: str | None = None) 
     to_velocity = np.arange(1, len(power)) ** (1.0 - derivative_order(output))
     above = np.maximum(power[1:] - FLOOR_MARGIN * floor, 0.0) * to_velocity**2
     peak = 1 + int(np.argmax(above))
+    if derivative_order(output) and peak <= MAIN_LOBE:
+        peak = _prominent_peak(power[1:] * to_velocity**2, peak)
     return 2.0 * np.pi * peak / (length * period_s)
+
+
+def _prominent_peak(power: FloatArray, otherwise: int) -> int:
+    """Return the number of the value (from 1) that stands out most of what lies before it, if it does so clearly.
+
+    A drift of an accelerometer, integrated, is larger than any motion, and falls towards the motion's frequency.
+    """
+    edges = (
+        np.unique(np.geomspace(1, len(power), max(2, int(CELLS_A_DECADE * np.log10(len(power))))).astype(int))
+        - 1
+    )
+    cells = np.add.reduceat(power, edges) / np.diff(np.append(edges, len(power)))
+    lowest = np.minimum.accumulate(np.maximum(cells, 1e-300))
+    best = int(np.argmax(cells / lowest))
+    if cells[best] < PROMINENT * lowest[best]:
+        return otherwise
+    end = edges[best + 1] if best + 1 < len(edges) else len(power)
+    return int(edges[best]) + 1 + int(np.argmax(power[edges[best] : end]))
 
 
 def compute_parameter_scales(parameters: Sequence[FreeParameter], scales: Scales) -> FloatArray:

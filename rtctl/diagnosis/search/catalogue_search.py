@@ -38,8 +38,8 @@ LOOPS_NOT_CHECKED = (
     "stopped by the user before the static loops were checked: hysteresis.shape may act as well"
 )
 UNSUPPORTED = (
-    "{} would remove little beside the rest and lowers the error on the test records by less than half a percent, or not "
-    "at all: not named"
+    "{} would remove little beside the rest and lowers the error on the test records by less than half a percent, "
+    "or not at all: not named"
 )
 MINOR = (
     "{} would remove less than is left with all causes, or nothing on test records, and may only take up a part of "

@@ -260,7 +260,8 @@ def stall_share(state: SearchState) -> float:
 
 def conclude_search(state: SearchState) -> SearchResult:
     """Return the accepted set, or the best one without its negligible causes where none was accepted."""
-    state = state if state.result is not None else _generalise_best(state)
+    for last in (_generalise_best, _follow_tests_of_best):
+        state = state if state.result is not None else last(state)
     result = state.result
     if result is None:
         result = state.result_with(state.best, passes=False)
@@ -290,6 +291,37 @@ def _generalise_best(state: SearchState) -> SearchState:
     result = replace_chosen(state.problem, result, general)
     state = replace(state, best=general, rankings=result.rankings)
     return accept_set(state, result._replace(passes=True)) if state.settings.passes(general) else state
+
+
+def _follow_tests_of_best(state: SearchState) -> SearchState:
+    """Return the state with the cause beside the best set's that its tests point to; accept that where it passes.
+
+    A cause may have stood in for another (a softening cubic spring for a quadratic one), whose own fit stopped in a
+    local minimum and for whose larger set no work was left. Beside the other it finds its size, and the one that stood
+    in falls out (the exchange of floating selection: Pudil, Novovicova, Kittler, Pattern Recogn. Lett. 15 (1994) 1119).
+    """
+    limits, best = state.limits, state.best
+    if best is state.nominal or state.problem.allowed or state.correction is not None:
+        return state
+    work = state.problem.thresholds.budget.followed
+    settings = replace(state.settings, budget=state.settings.budget.further(work))
+    candidates = propose_candidates(best, limits, least=limits.followed_score)
+    fits = halve_successively(state.problem, candidates[: limits.followed], settings.report, settings.budget)
+    if not fits or fits[0].cost > limits.followed_cost * best.hypothesis.cost:
+        return state
+    larger = state.test(fits[0])
+    if not settings.passes(larger):
+        return state
+    followed = replace(
+        state,
+        settings=settings,
+        size=state.size + 1,
+        smaller=best,
+        best=larger,
+        parents=(larger,),
+        fits=tuple(fits),
+    )
+    return accept_passing_set(rank_sets(followed))
 
 
 def _with_equivalents(state: SearchState, result: SearchResult, *, plain: bool) -> SearchResult:

@@ -24,6 +24,8 @@ class BudgetThresholds:
     """Work [steps] of the search for a cause that acts beside static loops that are too coarse: about 20 s."""
     rivals: float = 580e6
     """Work [steps] of the refit of rival sets beside an accepted one: about 8 s."""
+    followed: float = 1080e6
+    """Work [steps] of the fits of causes that the tests of the best set point to, where none passes: about 15 s."""
     nonparametric: float = 1440e6
     """Work [steps] of the comparison with nonparametric alternatives: about 20 s, most of it for a delayed force."""
     refit_twice: float = 1800e6

@@ -74,6 +74,13 @@ class SearchThresholds:
     """Ratio to the best cost beyond which no whitening makes a set equivalent."""
 
     # Escapes from local minima.
+    followed: int = 4
+    """Number of starts of further causes that are fitted beside the best set of a search that ends without one that
+    passes."""
+    followed_score: float = 0.5
+    """Share of the best further cause's score below which it is not tried there: the tests point to few."""
+    followed_cost: float = 0.5
+    """Share of the best set's cost below which the larger set must be, to be tested."""
     stuck_share: float = 0.5
     """Share of its former cost below which the nominal model, refitted from a single cause, had been stuck."""
     improved_share: float = 1e-4
