@@ -2,14 +2,11 @@
 
     e_t + a_1 e_{t-1} + ... + a_m e_{t-m} = w_t,   w white
 
-by Yule-Walker and Levinson over all records at once, with the order chosen by BIC. Treating coloured residuals as
-white
+by Yule-Walker and Levinson over all records at once, with the order chosen by BIC. Treating coloured residuals as white
 makes every interval too short, often many times. The first m samples of a record are predicted from the fewer samples
-before them by the predictors of lower order, so w is white from the first sample on. Noise slower than the
-order reaches (1/f), and what a resonance makes of an unmeasured force, are modelled apart in `slow_noise` and
+before them by the predictors of lower order, so w is white from the first sample on. Noise slower than the order
+reaches (1/f), and what a resonance makes of an unmeasured force, are modelled apart in `slow_noise` and
 `resonant_part`; only restricted likelihood estimates them (`projection.estimate_noise`).
-
-Reference: J. Durbin, The fitting of time-series models (1960).
 """
 
 from __future__ import annotations
