@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from diagnosis_cases import PERIOD_S, device, measured, noise_drive
 
+from plant_sim.oscillator.mechanisms import MECHANISMS
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.problem.work_budget import WorkBudget
-from rtctl.diagnosis.search.elimination.general_laws import fit_general_laws
+from rtctl.diagnosis.search.elimination.general_laws import fit_general_laws, starts_of_general_laws
 from rtctl.diagnosis.search.state import SearchSettings
 from rtctl.diagnosis.search.stepwise import search_stepwise
 from rtctl.identification.fit_record import FitRecord
@@ -99,6 +100,29 @@ def test_a_shape_that_the_case_lacks_is_looked_for() -> None:
     found = {one.name: one.value for one in general.simulation.parameters}
     assert found["friction.stribeck.transition_speed"] == pytest.approx(60.0, rel=0.1)
     assert found["friction.stribeck.excess"] == pytest.approx(250.0, rel=0.1)
+
+
+CASES = [(case, law.id) for law in MECHANISMS.values() for case in law.generalises]
+
+
+@pytest.mark.parametrize(("case", "law"), CASES)
+def test_every_law_starts_from_each_of_its_cases(
+    hysteretic: tuple[Problem, Hypothesis], case: str, law: str
+) -> None:
+    problem, nominal = hysteretic
+    fit = fit_hypothesis(problem, nominal.simulation.extended((case,)), (case,), nominal.starts, 0)
+    assert fit is not None
+    starts = list(starts_of_general_laws(problem, nominal, fit, [law]))
+    assert {one.mechanisms for one in starts} == {(law,)}
+    for start in starts:
+        assert np.isfinite([one.value for one in start.simulation.parameters]).all()
+
+
+def test_stops_with_nothing_between_them_are_no_free_play_about_their_middle() -> None:
+    at_rest = {"stiffness": 0.0, "lower": 0.0, "upper": 0.0, "retardation_time": 0.0}
+    as_clearance = MECHANISMS["stop.two_sided"].generalises["stiffness.clearance"]
+    assert as_clearance(at_rest) == {"gap": 0.0, "centre": 0.0}
+    assert as_clearance(at_rest | {"lower": 1.0, "upper": 3.0}) == {"gap": 1.0, "centre": 2.0}
 
 
 def test_a_search_that_ends_with_a_case_names_the_law(

@@ -10,7 +10,7 @@ import math
 from typing import Any
 
 from plant_sim.oscillator.equation.binding import law
-from plant_sim.oscillator.mechanism import Memory, OscillatorMechanism, coefficient, shape
+from plant_sim.oscillator.mechanism import Memory, OscillatorMechanism, Values, coefficient, shape
 from plant_sim.oscillator.mechanisms.contact.stops import (
     DAMPER,
     MOST_OF_A_STOP,
@@ -35,6 +35,12 @@ def damping(z: float, p: Any, row: int, j: int) -> Any:
     return acting * beyond, acting if beyond != 0.0 else 0.0
 
 
+def as_clearance(p: Values) -> Values:
+    """Return the free play between the stops, of which the middle over no play at all is 0."""
+    gap, middle = 0.5 * (p["upper"] - p["lower"]), 0.5 * (p["upper"] + p["lower"])
+    return {"gap": gap, "centre": middle / gap if gap else 0.0}
+
+
 MECHANISM = OscillatorMechanism(
     id="stop.two_sided",
     statement="Two stops add a stiffness of {stiffness} below {lower} and above {upper}.",
@@ -57,9 +63,7 @@ MECHANISM = OscillatorMechanism(
         "stop.one_sided": lambda p: {
             "above": p["stiffness"], "place": p["upper"], "retardation_time": p["retardation_time"],
         },
-        "stiffness.clearance": lambda p: {
-            "gap": 0.5 * (p["upper"] - p["lower"]), "centre": (p["upper"] + p["lower"]) / (p["upper"] - p["lower"]),
-        },
+        "stiffness.clearance": as_clearance,
     },
     memory=Memory(
         between, 1, lambda p: (p["stiffness"], p["lower"], p["upper"], p["retardation_time"]),

@@ -20,7 +20,9 @@ from rtctl.diagnosis.residual.shape_grid import shape_grid
 from rtctl.diagnosis.search.state import SearchSettings
 
 
-class _Start(NamedTuple):
+class Start(NamedTuple):
+    """Values from which a set with a more general law is fitted."""
+
     mechanisms: tuple[str, ...]
     simulation: Simulation
     fixed_parameters: frozenset[str]
@@ -39,7 +41,7 @@ def fit_general_laws(
     """
     limits, budget = problem.thresholds.search, settings.for_rivals().budget
     problem, fits = problem.until(budget), []
-    for start in _generalise(problem, nominal, chosen, settings.ids):
+    for start in starts_of_general_laws(problem, nominal, chosen, settings.ids):
         if budget.spent:
             break
         settings.report(" + ".join(start.mechanisms))
@@ -57,9 +59,9 @@ def fit_general_laws(
     return sorted(fits, key=lambda one: one.cost)
 
 
-def _generalise(
+def starts_of_general_laws(
     problem: Problem, nominal: Hypothesis, chosen: Hypothesis, ids: Sequence[str]
-) -> Iterator[_Start]:
+) -> Iterator[Start]:
     """Yield the set with a more general law in place of one, at the values of those parameters that both have.
 
     A shape that the case lacks says where the laws differ, and a fit from elsewhere may not find it: each is tried at
@@ -75,14 +77,15 @@ def _generalise(
 
 def _starts_of(
     problem: Problem, nominal: Hypothesis, chosen: Hypothesis, simpler: str, general: str
-) -> Iterator[_Start]:
+) -> Iterator[Start]:
     mechanisms = tuple(general if name == simpler else name for name in chosen.mechanisms)
     simulation = nominal.simulation.extended(
         tuple(name for name in mechanisms if name not in nominal.mechanisms)
     )
     (law,) = (one for one in simulation.mechanisms if one.id == general)
     own = {one.declared.name: one for one in simulation.parameters if one.mechanism == general}
-    shared = law.generalises[simpler]({name: one.value for name, one in own.items()}).keys()
+    told = law.generalises[simpler]({name: one.value for name, one in own.items()})
+    shared = [name for name in told if name in own]
     known = {one.name: one.value for one in chosen.simulation.parameters}
     known |= {f"{general}.{name}": known[f"{simpler}.{name}"] for name in shared}
     names = {one.name for one in simulation.parameters}
@@ -96,4 +99,4 @@ def _starts_of(
     for choice in choices:
         values = known | {f"{general}.{name}": value for name, value in zip(lacking, choice, strict=True)}
         moved = np.array([values.get(one.name, one.value) for one in simulation.parameters])
-        yield _Start(mechanisms, clip_to_bounds(simulation, moved), fixed_parameters)
+        yield Start(mechanisms, clip_to_bounds(simulation, moved), fixed_parameters)
