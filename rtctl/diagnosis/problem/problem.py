@@ -59,10 +59,13 @@ class Problem:
     def glance(self) -> Problem:
         """This problem with only the first samples of its records, as many as a first look at a hypothesis needs."""
         most = self.subject.screening_samples
-        if most is None or self.samples <= most:
+        return self if most is None else self.initial_part(most)
+
+    def initial_part(self, most: int) -> Problem:
+        """Return this problem with the first samples of its records, about `most` in all."""
+        if self.samples <= most:
             return self
-        each = max(1, most // len(self.records))
-        return replace(self, records=tuple(r.truncate(max(each, r.first + each // 2)) for r in self.records))
+        return replace(self, records=_first_samples(self.records, max(1, most // len(self.records))))
 
     @property
     def rest(self) -> str:
@@ -86,6 +89,11 @@ class Problem:
         """
         values = np.concatenate([record.measured[output][record.first :] for record in self.records])
         return float(values.std() if self.subject.size_is_variation else np.sqrt(np.mean(values**2))) or 1.0
+
+
+@lru_cache(maxsize=4)
+def _first_samples(records: tuple[FitRecord, ...], each: int) -> tuple[FitRecord, ...]:
+    return tuple(record.truncate(max(each, record.first + each // 2)) for record in records)
 
 
 @lru_cache(maxsize=8)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.residual.first_samples import run_search_tests
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.search.candidates import propose_candidates
 from rtctl.diagnosis.search.elimination.backward_elimination import refit_without
@@ -45,7 +46,7 @@ def refit_challengers(
     moved = refit_without(problem, parent, leader, parent.mechanisms, iterations=0)
     if moved is None:
         return list(fits)
-    tested = run_residual_tests(moved, problem, settings.ids)
+    tested = run_search_tests(moved, problem, settings.ids)
     candidates = [
         candidate
         for candidate in propose_candidates(tested, limits, least=limits.challenger_score)

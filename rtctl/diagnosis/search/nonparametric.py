@@ -29,7 +29,7 @@ def find_better_alternative(
 ) -> str:  # fmt: skip
     """Return the sentence of the best nonparametric alternative if it explains clearly more than the causes; else "".
 
-    Both are compared on the initial part of the first records, and near the noise on all samples.
+    Both are compared on the first samples, and near the noise on all samples.
 
     Args:
         problem: Records that were fitted.
@@ -41,7 +41,7 @@ def find_better_alternative(
     Raises:
         CancelledError: Between two fits, once the problem's cancellation token is set.
     """
-    limits, few = problem.thresholds.search, _take_first_records(problem)
+    limits, few = problem.thresholds.search, _take_first_samples(problem)
     first, other = (replace(one, starts=one.starts[: len(few.records)]) for one in (nominal, named))
     causes = fit_hypothesis(
         few.glance,
@@ -94,7 +94,7 @@ def find_memory_alternative(
     past = problem.subject.memory_forces
     if past is None or not compute_memory_p_value(named, problem) < problem.thresholds.search.memory_p:
         return ""
-    few = _take_first_records(problem)
+    few = _take_first_samples(problem)
     first = replace(nominal, starts=nominal.starts[: len(few.records)])
     law = _fit_best_alternative(few, first, past.laws, budget, report)
     whole = _fit_all_records(problem, nominal, law) if law is not None else None
@@ -110,7 +110,8 @@ def _fit_best_alternative(
     report: Callable[[str], None],
 ) -> Hypothesis | None:
     """Return the law of the lowest cost; those that take least time are fitted first."""
-    candidates = propose_candidates(run_residual_tests(nominal, problem, laws), problem.thresholds.search)
+    first = problem.initial_part(problem.thresholds.residual.first_samples)
+    candidates = propose_candidates(run_residual_tests(nominal, first, laws), problem.thresholds.search)
     candidates.sort(key=lambda candidate: laws.index(candidate.mechanisms[-1]))
     budget = budget.further(budget.thresholds.nonparametric)
     fits = halve_successively(problem.glance, candidates, report, budget)
@@ -118,8 +119,8 @@ def _fit_best_alternative(
 
 
 def _fit_all_records(problem: Problem, nominal: Hypothesis, law: Hypothesis) -> Hypothesis | None:
-    """Fit `law`, fitted to the first records, to all of them."""
-    if len(law.starts) == len(problem.records):
+    """Fit `law`, fitted to the first samples, to all of them."""
+    if _take_first_samples(problem).samples == problem.samples:
         return law
     starts = np.concatenate((law.starts, nominal.starts[len(law.starts) :]))
     iterations = problem.thresholds.search.first_iterations
@@ -128,13 +129,13 @@ def _fit_all_records(problem: Problem, nominal: Hypothesis, law: Hypothesis) -> 
     )
 
 
-def _take_first_records(problem: Problem) -> Problem:
-    """Take as many of the first records as tell one law from another: some laws take long to simulate."""
+def _take_first_samples(problem: Problem) -> Problem:
+    """Take as many of the first samples as tell one law from another: some laws take long to simulate."""
     most, count, samples = problem.thresholds.search.alternative_samples, 0, 0
     while count < len(problem.records) and (count == 0 or samples + problem.records[count].samples <= most):
         samples += problem.records[count].samples
         count += 1
-    return replace(problem, records=problem.records[:count])
+    return replace(problem, records=problem.records[:count]).initial_part(most)
 
 
 def compute_memory_p_value(named: TestedHypothesis, problem: Problem) -> float:

@@ -9,7 +9,8 @@ from enum import Enum, auto
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.work_budget import WorkBudget
-from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
+from rtctl.diagnosis.residual.first_samples import run_search_tests
+from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 from rtctl.diagnosis.search.model_selection import RankedHypothesis
 from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.thresholds import SearchThresholds
@@ -105,7 +106,7 @@ class SearchState:
 
     def test(self, hypothesis: Hypothesis) -> TestedHypothesis:
         """Run the residual tests on `hypothesis`."""
-        return run_residual_tests(hypothesis, self.problem, self.settings.ids)
+        return run_search_tests(hypothesis, self.problem, self.settings.ids)
 
     def result_with(self, chosen: TestedHypothesis, *, passes: bool) -> SearchResult:
         """Return the present rankings with one of their sets chosen."""

@@ -29,6 +29,13 @@ class ResidualThresholds:
     """Share of a residual beyond its noise that a direction must take to be one of them. Of noise at a resonance, which
     lies along none, the best of sixty directions took a quarter."""
 
+    # First samples of long records
+    first_samples: int = 12_000
+    """Samples of all records together that a set is tested on first: what fails there needs no test on all of them. One
+    test of 65,000 samples took 15 s, as long as the fits of 68 starts."""
+    typical_share: float = 0.5
+    """Mean square of the residual in the first samples, over that of all, above which they show what is wrong."""
+
     # Score tests
     most_fine_step_share: float = 0.3
     """Largest difference between the residual at the simulation's own steps and at the fit's coarser ones, over the
