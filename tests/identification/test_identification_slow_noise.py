@@ -104,3 +104,13 @@ def statistics_of_a_constant(*, slow: bool) -> float:
 def test_an_offset_in_slow_noise_is_as_uncertain_as_that_makes_it() -> None:
     assert statistics_of_a_constant(slow=False) > 3.0
     assert statistics_of_a_constant(slow=True) < 2.0
+
+
+def test_a_noise_beyond_rounding_is_still_whitened() -> None:
+    """A random walk beside an autoregression next to it: predictors end before the order that whitens it."""
+    nearly_integrated = np.poly([0.99999, 0.99999, 0.99999])[1:]
+    model = NoiseModel(nearly_integrated, 1e-12, SlowPart(0.1, 2.0))
+    series = np.cumsum(np.cumsum(np.random.default_rng(5).standard_normal((1, 4000)), axis=1), axis=1)
+    whitened = model.whiten(series)
+    assert np.all(np.std(whitened[:, 600:], axis=1) > 0.0)
+    assert np.isfinite(whitened).all()

@@ -186,11 +186,11 @@ class _Function:
 
     def _call(self, called: ast.expr, arguments: list[ast.expr]) -> str:
         name = called.attr if isinstance(called, ast.Attribute) else ast.unparse(called)
-        function = self._function.__globals__.get(name)
-        if name in CALLS or not hasattr(function, "py_func"):
-            if name not in CALLS:
-                raise TypeError(f"{self._name}: the function {name} has no form in C")
+        if name in CALLS:
             return f"{CALLS[name]}({', '.join(self._number(one) for one in arguments)})"
+        function = self._function.__globals__.get(name)
+        if not hasattr(function, "py_func"):
+            raise TypeError(f"{self._name}: the function {name} has no form in C")
         passed = [one for one in arguments if not (isinstance(one, ast.Name) and one.id in LEFT_OUT)]
         return f"{self._laws.add(function)}({', '.join(self._number(one) for one in passed)})"
 

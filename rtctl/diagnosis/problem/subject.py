@@ -248,9 +248,9 @@ class Subject:
     each from its own initial state."""
     takes_scenarios: bool = True
     """Whether `rtctl acquire` runs scenarios of this kind of plant, so that an experiment can be proposed."""
-    slow_noise_only_adds: bool = False
-    """Whether the slow part of a noise is taken as no quieter than the rest. Where all that a model does is slow, the
-    directions of the catalogue span all slow residuals, and what they leave has a hole there."""
+    noise_starts_white: bool = False
+    """Whether the noise is first taken as white. Where all that a model does is slow, the directions of the catalogue
+    span all slow residuals, and the colour of what they leave would be that of a hole there."""
     output_units: Mapping[str, str] = field(default_factory=dict)
     """Units of the outputs that `to_comparable` makes, by name."""
     state_units: Mapping[str, str] = field(default_factory=dict)

@@ -79,7 +79,7 @@ def find_input_noise(analysis: ResidualAnalysis) -> tuple[ResidualAnalysis, Inpu
         cleared,
         resonances=subject.resonances(analysis.hypothesis.simulation),
         slow=not problem.allowed,
-        only_adds=subject.slow_noise_only_adds,
+        starts_white=subject.noise_starts_white,
         thresholds=thresholds,
     )
     found = InputNoise(

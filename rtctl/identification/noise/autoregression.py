@@ -47,9 +47,13 @@ def likeliest(correlation: FloatArray, count: int) -> tuple[FloatArray, float, f
 
 
 def first_rows(correlation: FloatArray) -> FloatArray:
-    """Return the triangle (lags, lags) that whitens a record's first samples, of all orders up to their number."""
-    triangle = np.zeros((len(correlation), len(correlation)))
-    for order, (a, variance) in enumerate(predictors(correlation)):
+    """Return the triangle (orders, orders) that whitens a record's first samples, of all orders up to their number.
+
+    There are as many orders as lags, fewer where nothing is left beyond them.
+    """
+    made = list(predictors(correlation))
+    triangle = np.zeros((len(made), len(made)))
+    for order, (a, variance) in enumerate(made):
         triangle[order, : order + 1] = np.append(a[::-1], 1.0) / np.sqrt(variance)
     return triangle
 

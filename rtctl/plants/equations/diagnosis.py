@@ -99,7 +99,7 @@ def equations_subject(simulation: Any, dataset: Dataset) -> Subject:
         steps_per_period=64.0,
         screening_samples=None,
         reads_initial_states=False,
-        slow_noise_only_adds=True,
+        noise_starts_white=True,
         state_units={one.name: one.unit for one in system.states},
         takes_scenarios=len(inputs) == 1,
         to_comparable=_to_comparable(outputs[0], inputs[0] if inputs else ""),

@@ -27,7 +27,7 @@ def estimate_noise(
     *,
     resonances: Sequence[Resonance] = (),
     slow: bool = False,
-    only_adds: bool = False,
+    starts_white: bool = False,
     thresholds: ResidualThresholds = DEFAULT_THRESHOLDS,
 ) -> list[NoiseModel]:
     """Estimate the noise model of each output.
@@ -41,8 +41,7 @@ def estimate_noise(
         rows: All records; those of another sample period get a noise model of their own.
         resonances: Resonances of the device, at which an unmeasured force is answered.
         slow: Whether the noise may have a slow part (1/f noise).
-        only_adds: Whether a slow part can only add to the rest, see `Subject.slow_noise_only_adds`; the first model is
-            white then, as the colour of what the directions leave would be that of their hole.
+        starts_white: Whether the noise is first taken as white, see `Subject.noise_starts_white`.
         thresholds: Number of iterations, and what is round-off.
     """
     white = [NoiseModel(np.empty(0), 1.0)] * rows[0].residual.shape[0]
@@ -58,9 +57,9 @@ def estimate_noise(
         if is_sized:
             weights = np.vstack((weights, np.pad(half, ((0, 0), (1, 0)))))
         series = _series_by_output(rows, split, weights, whole=is_sized)
-        if is_sized or not only_adds:
-            looked_for = (resonances, slow) if is_sized else ((), False)
-            models = [_fit_by_period(rows, one, *looked_for, only_adds=only_adds) for one in series]
+        if is_sized or not starts_white:
+            peaks = resonances if is_sized else ()
+            models = [_fit_by_period(rows, one, peaks, slow=slow and is_sized) for one in series]
         else:
             models = [_white(one, len(half)) for one in series]
         is_sized = True
@@ -87,9 +86,8 @@ def _series_by_output(
 
 
 def _fit_by_period(
-    rows: Sequence[RecordRows], series: Sequence[FloatArray], resonances: Sequence[Resonance], slow: bool,
-    *, only_adds: bool,
-) -> NoiseModel:  # fmt: skip
+    rows: Sequence[RecordRows], series: Sequence[FloatArray], resonances: Sequence[Resonance], *, slow: bool
+) -> NoiseModel:
     """Fit the noise of one output, one model for each sample period of the records."""
     groups = group_by_period([row.period_s for row in rows])
     models = []
@@ -120,7 +118,7 @@ def _start_with_peak(
     weights = np.zeros((1, len(gram)))
     weights[0, [0, *chosen]] = np.append(1.0, -taken)
     series = _series_by_output(rows, split, weights, whole=False)
-    models = [_fit_by_period(rows, one, resonances, slow=False, only_adds=False) for one in series]
+    models = [_fit_by_period(rows, one, resonances, slow=False) for one in series]
     return models if any(one.resonant for model in models for one in (model, *model.others)) else []
 
 

@@ -71,10 +71,13 @@ def analyse_residual(
     directions += memory_directions(len(rows[0].directions) - len(directions))
     thresholds = problem.thresholds.residual
     if noise is None:
-        only_adds = problem.subject.slow_noise_only_adds
         resonances = problem.subject.resonances(hypothesis.simulation)
         noise = estimate_noise(
-            rows, resonances=resonances, slow=not problem.allowed, only_adds=only_adds, thresholds=thresholds
+            rows,
+            resonances=resonances,
+            slow=not problem.allowed,
+            starts_white=problem.subject.noise_starts_white,
+            thresholds=thresholds,
         )
     return ResidualAnalysis(
         hypothesis=hypothesis,
