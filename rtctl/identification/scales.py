@@ -114,10 +114,8 @@ def _prominent_peak(power: FloatArray, otherwise: int) -> int:
 
     A drift of an accelerometer, integrated, is larger than any motion, and falls towards the motion's frequency.
     """
-    edges = (
-        np.unique(np.geomspace(1, len(power), max(2, int(CELLS_A_DECADE * np.log10(len(power))))).astype(int))
-        - 1
-    )
+    count = max(2, int(CELLS_A_DECADE * np.log10(len(power))))
+    edges = np.unique(np.geomspace(1, len(power), count).astype(int)) - 1
     cells = np.add.reduceat(power, edges) / np.diff(np.append(edges, len(power)))
     lowest = np.minimum.accumulate(np.maximum(cells, 1e-300))
     best = int(np.argmax(cells / lowest))
