@@ -40,7 +40,9 @@ def test_a_user_reads_times_of_what_may_be_found() -> None:
 def test_times_are_so_many_evaluations_and_no_more_than_the_budget_allows(
     fitted: tuple[Problem, Hypothesis],
 ) -> None:
-    amounts = BudgetThresholds(overrun=0.0, evaluations_of_one=10.0, evaluations_of_two=30.0)
+    amounts = BudgetThresholds(
+        overrun=0.0, evaluations_of_one=10.0, evaluations_of_two=30.0, simulated_share=1.0
+    )
     with metered() as meter:
         steps = lambda: meter.steps  # noqa: E731
         expect_time(*fitted, WorkBudget.of(inf, steps, thresholds=amounts))
@@ -50,6 +52,16 @@ def test_times_are_so_many_evaluations_and_no_more_than_the_budget_allows(
     assert endless.two_s == pytest.approx(3.0 * endless.one_s)
     assert endless.most_s == inf
     assert short.two_s == short.most_s == pytest.approx(2.0 * short.one_s)
+
+
+def test_a_model_that_is_quick_to_simulate_has_its_tests_still_to_pay(
+    fitted: tuple[Problem, Hypothesis],
+) -> None:
+    """Half of a search's work is whitening and linear algebra, whose steps take as long whatever the model."""
+    amounts = BudgetThresholds(overrun=0.0, simulated_share=0.5, other_step_s=1.0)
+    with metered() as meter:
+        found = expect_time(*fitted, WorkBudget.of(1000.0, lambda: meter.steps, thresholds=amounts))
+    assert found.most_s > 499.0
 
 
 def test_telling_the_time_is_no_part_of_the_budget(fitted: tuple[Problem, Hypothesis]) -> None:

@@ -72,8 +72,11 @@ def expect_time(problem: Problem, nominal: Hypothesis, budget: WorkBudget) -> Ex
         )
         least_s = min(least_s, time.perf_counter() - begun)
     steps = (budget.counted() - before) / limits.timed_evaluations
-    most = (left + limits.overrun) / steps if steps > 0.0 else inf
-    one_s, two_s, most_s = (
-        least_s * min(count, most) for count in (limits.evaluations_of_one, limits.evaluations_of_two, most)
+    most_s = inf
+    if steps > 0.0:
+        simulated, other = limits.simulated_share, 1.0 - limits.simulated_share
+        most_s = (left + limits.overrun) * (simulated * least_s / steps + other * limits.other_step_s)
+    one_s, two_s = (
+        min(least_s * count, most_s) for count in (limits.evaluations_of_one, limits.evaluations_of_two)
     )
     return ExpectedTime(one_s, two_s, most_s)
