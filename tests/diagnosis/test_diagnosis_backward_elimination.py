@@ -5,12 +5,14 @@ from __future__ import annotations
 import pytest
 from diagnosis_cases import device, fit_of, friction_case, problem_of
 
+from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.search.elimination.backward_elimination import (
     _compensate,
     eliminate_negligible,
     refit_without_each,
+    takes_far_longer,
 )
 from rtctl.measured import read_dataset
 
@@ -54,3 +56,19 @@ def test_what_stays_makes_up_for_what_goes_before_it_is_fitted(problem: Problem)
     )  # the lag's millisecond, to first order
     assert "drive.lag.time_constant" not in values
     assert _compensate(problem, both, both.mechanisms) == {}
+
+
+def test_a_start_that_takes_thousands_of_steps_a_sample_is_none(problem: Problem) -> None:
+    """A law of friction that fades within a nanometre per second, beside one within a tenth of a millimetre."""
+
+    def stribeck(speed: float) -> Simulation:
+        values = {
+            "level": (450.0, "mm/s^2"),
+            "excess": (100.0, "mm/s^2"),
+            "transition_speed": (speed, "mm/s"),
+        }
+        parameters = {name: {"value": value, "unit": unit} for name, (value, unit) in values.items()}
+        return device({"id": "friction.stribeck", "parameters": parameters})
+
+    assert takes_far_longer(problem, stribeck(1e-6), stribeck(0.1))
+    assert not takes_far_longer(problem, stribeck(0.05), stribeck(0.1))

@@ -10,7 +10,6 @@ import pytest
 from diagnosis_cases import PERIOD_S, device, measured, noise_drive
 
 from rtctl.border.simulation import Stimulus
-from rtctl.border.work import metered
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
@@ -20,7 +19,6 @@ from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.model_selection import rank_hypotheses
 from rtctl.diagnosis.search.state import SearchSettings, SearchState, StopReason
 from rtctl.diagnosis.search.stepwise import conclude_search
-from rtctl.diagnosis.thresholds import BudgetThresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
 
@@ -81,30 +79,3 @@ def test_without_that_the_stand_in_is_what_is_left(state: SearchState) -> None:
     result = conclude_search(replace(state, problem=replace(state.problem, thresholds=thresholds)))
     assert not result.passes
     assert result.chosen.hypothesis.mechanisms == ("stiffness.cubic",)
-
-
-def test_what_ends_a_search_is_bounded_too(state: SearchState) -> None:
-    """A positioning drive's search had used up its work, and left each of five causes out for three minutes."""
-    causes = ("stiffness.cubic", "damping.quadratic", "sensor.offset")
-    fit = fit_hypothesis(state.problem, device().extended(causes), causes)
-    assert fit is not None
-    limits = replace(state.problem.thresholds.search, followed=0)
-    problem = replace(state.problem, thresholds=replace(state.problem.thresholds, search=limits))
-    least = BudgetThresholds(overrun=0.0, least_comparison=1.0, rivals=1.0)
-    done = []
-    for steps in (math.inf, 0.0):
-        with metered() as meter:
-            budget = WorkBudget.of(steps, lambda meter=meter: meter.steps, thresholds=least)
-            settings = replace(state.settings, budget=budget)
-            ending = replace(
-                state,
-                problem=problem,
-                settings=settings,
-                best=run_residual_tests(fit, problem, IDS),
-                rankings=state.rankings * len(causes),
-                size=len(causes),
-            )
-            before = meter.steps
-            conclude_search(ending)
-            done.append(meter.steps - before)
-    assert done[1] < 0.8 * done[0]

@@ -265,9 +265,8 @@ def conclude_search(state: SearchState) -> SearchResult:
     result = state.result
     if result is None:
         result = state.result_with(state.best, passes=False)
-        problem = state.problem.until(state.settings.for_rivals().budget)
-        result = drop_negligible_causes(problem, result, state.settings)
-        result = prefer_simpler_laws(problem, result, state.settings)
+        result = drop_negligible_causes(state.problem, result, state.settings)
+        result = prefer_simpler_laws(state.problem, result, state.settings)
         result = _with_equivalents(state, result, plain=not result.passes)
     if state.out_of_work and not result.passes:
         result = result._replace(out_of_time=True)
@@ -275,7 +274,7 @@ def conclude_search(state: SearchState) -> SearchResult:
     if result.hysteresis_refit is not None:
         return result
     nominal, chosen = result.nominal.hypothesis, result.chosen.hypothesis
-    problem = (result.refined_problem or state.given).until(state.settings.for_rivals().budget)
+    problem = result.refined_problem or state.given
     return result._replace(leave_one_out=refit_without_each(problem, nominal, chosen, result.hypotheses))
 
 
