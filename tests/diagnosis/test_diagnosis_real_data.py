@@ -76,3 +76,13 @@ def test_the_positioning_drive_has_dry_friction_that_depends_on_the_direction(
     assert any("never forgets its initial state" in warning for warning in found.warnings)
     assert found.gain is not None
     assert found.gain.after < 5.2e-3  # m, over the whole test record
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not (DATA / "pendulum").is_dir(), reason="../shared/data/pendulum is not there")
+def test_the_pendulum_has_the_sine_of_its_angle_although_a_drift_fits_one_decay_better() -> None:
+    found = diagnosed("pendulum")
+    assert found.causes[0].id == "stiffness.gravity"
+    assert any("repeated without it" in warning for warning in found.warnings)
+    assert found.gain is not None
+    assert found.gain.after < 2e-3  # rad; 0.36 without these causes

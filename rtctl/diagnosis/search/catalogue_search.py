@@ -14,6 +14,7 @@ from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.search.elimination.dissipation import keep_one_dissipation_law
 from rtctl.diagnosis.search.elimination.holdout_support import add_untold_rivals, drop_minor, drop_unsupported
+from rtctl.diagnosis.search.elimination.refuted_causes import search_without_refuted
 from rtctl.diagnosis.search.holdout_error import compute_free_run_error, measure_gains
 from rtctl.diagnosis.search.largest_part import choose_largest_part
 from rtctl.diagnosis.search.nonparametric import find_better_alternative
@@ -74,7 +75,14 @@ def find_causes(request: SearchRequest, *, whole: bool) -> FoundCauses:
     if whole and not found.cancelled:
         request, course = _judge_by_pieces(request, found.result)
         found = found if _is_final(found) else _search_further(request, found)
-    found = found._replace(tests=request.tests)
+    found = _judge_parts(request, found, whole=whole)
+    if whole:
+        found = search_without_refuted(request, found, _search_again)
+    return found._replace(notes=[*filter(None, [course]), *found.notes], tests=request.tests)
+
+
+def _judge_parts(request: SearchRequest, found: FoundCauses, *, whole: bool) -> FoundCauses:
+    """Return what was found without causes that may only take up a part of what is missing, beside its rivals."""
     problem, result = found.result.refined_problem or request.problem, found.result
     if whole:
         result = add_untold_rivals(result, problem, request.tests)
@@ -84,7 +92,6 @@ def find_causes(request: SearchRequest, *, whole: bool) -> FoundCauses:
     result, minor = drop_minor(result, problem, request.tests, request.ids)
     dropped = [(IMITATING, others), (MINOR, minor)]
     notes = [
-        *filter(None, [course]),
         *found.notes,
         *(text.format(" and ".join(names)) for text, names in dropped if names),
     ]
@@ -99,6 +106,12 @@ def _search_first(request: SearchRequest, *, whole: bool) -> FoundCauses:
     if first is None or (first.result.out_of_time and not _is_final(first)):
         return _search(request, correct=whole)
     return first
+
+
+def _search_again(request: SearchRequest) -> FoundCauses:
+    """Search whole records, and hold what is found to the test records."""
+    found = _search(request, correct=True)
+    return _judge_parts(request, found if _is_final(found) else _search_further(request, found), whole=True)
 
 
 def _search_further(request: SearchRequest, first: FoundCauses) -> FoundCauses:

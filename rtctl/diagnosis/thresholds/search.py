@@ -172,6 +172,10 @@ class SearchThresholds:
     # Backward elimination.
     negligible_cost: float = 1.1
     """Ratio of costs without and with a cause, up to which the cause is not needed."""
+    probed_samples: int = 400
+    """Samples of all records together over which a start's steps are counted before it is evaluated on all of them."""
+    far_longer: float = 20.0
+    """Ratio of its steps to those of the same set at other values beyond which it is none. One was 3,000 times."""
     elimination_iterations: int = 20
     """Iterations of a fit without one of the causes."""
 
@@ -195,6 +199,8 @@ class SearchThresholds:
     least_support: float = 0.01
     """Share of the squared error on test records that a small cause has to remove: half a percent of the error is no
     reason to change a model, however certain it is, and what a simulation rounds is seen at a ten thousandth."""
+    refuted_causes: int = 2
+    """Number of causes that test records refute, without which a search is repeated."""
     shown_share: float = 0.5
     """Initial share of a test record to which parameters of its own (a hum's) are fitted; the rest is judged."""
 
