@@ -8,6 +8,11 @@ import numpy as np
 import pytest
 
 from rtctl.api.diagnosing import diagnose
+from rtctl.diagnosis.diagnose import diagnose as diagnose_records
+from rtctl.diagnosis.search.request import DiagnosisOptions
+from rtctl.measured import open_dataset, read_dataset
+from rtctl.models.oscillator import read_oscillator_model
+from rtctl.session.validation.model_validation import simulation_for
 
 GRAVITY, DAMPING, PERIOD_S, NOISE_RAD = 31.0, 0.16, 1.0 / 150.0, 1e-3
 MANIFEST = """
@@ -68,3 +73,22 @@ def test_what_another_decay_refutes_makes_room_for_what_it_hid(bench: Path) -> N
     )
     assert repeated.startswith("stiffness.drift")
     assert "stiffness.quintic" in nearest
+
+
+def test_who_stops_the_repeated_search_is_told_that_it_was_stopped(bench: Path) -> None:
+    options, ended = DiagnosisOptions(), []
+
+    def report(text: str) -> None:
+        ended.append(text) if text == "one cause does not explain it" else None
+        if len(ended) == 2:
+            options.cancellation.cancel()
+
+    manifest, model = bench / "dataset.toml", bench / "model.toml"
+    simulation = simulation_for(model, open_dataset(manifest))
+    laws = ("stiffness.drift", "stiffness.quintic")
+    found = diagnose_records(
+        read_dataset(manifest), read_oscillator_model(model), simulation, laws, options, report
+    )
+    assert len(ended) == 2
+    assert found.stopped
+    assert found.causes == ()

@@ -33,14 +33,18 @@ def search_without_refuted(
         found: What it has found.
         search: Searches the catalogue once more.
     """
+    if found.cancelled:
+        return found
     least, refuted, again = request.problem.thresholds.search.least_holdout_gain, [], found
     for _ in range(request.problem.thresholds.search.refuted_causes):
         first = _find_refuted(request, again.result)
-        if first is None or again.cancelled or request.budget.spent:
+        if first is None or request.budget.spent:
             break
         refuted.append(first)
         request = request._replace(ids=tuple(one for one in request.ids if one not in refuted))
         again = search(request)
+        if again.cancelled:
+            return found._replace(cancelled=True)
         if _gains(request.tests, again.result, request.problem, least):
             return again._replace(
                 result=_tested_for_all(request, again.result, refuted),
