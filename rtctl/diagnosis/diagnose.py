@@ -40,6 +40,7 @@ from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.search.request import DiagnosisOptions, SearchRequest
 from rtctl.diagnosis.search.stepwise import significance_level
 from rtctl.diagnosis.verification.loop_model import model_for_loop
+from rtctl.diagnosis.verification.refuted_causes import search_without_refuted
 from rtctl.diagnosis.verification.rivals import choose_rivals
 from rtctl.diagnosis.verification.verify import Verified, verify
 from rtctl.diagnosis.verification.whole_record_fits import (
@@ -99,6 +100,7 @@ def diagnose(
             problem, first.nominal, model, dataset, judged, fitted, options, budget, report
         )
         found = find_causes(request, whole=first.uncut)
+        found = search_without_refuted(request, found) if first.uncut else found
         search = found.result
         tests = found.tests if first.uncut else tests
         request = request._replace(problem=search.refined_problem or problem, tests=tests)
@@ -112,7 +114,7 @@ def diagnose(
             notes += tuple(note_few_periods(fit, problem.scales.rate, options.thresholds.screening))
         answer = explain_by_changed_signals(answer, request, data.simulation, holdout)
         told = [cause.id for cause in answer.causes]
-        notes += (*first.notes, *found.notes)
+        notes += (*first.notes, *filter(None, [found.course]), *found.notes)
         notes += tuple(note_large_shifts(data.simulation, answer.kept, problem, told))
         answer = replace(answer, warnings=(*notes, *answer.warnings))
         is_final = answer.verdict != "adequate" or whole is not None

@@ -14,7 +14,6 @@ from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.search.elimination.dissipation import keep_one_dissipation_law
 from rtctl.diagnosis.search.elimination.holdout_support import add_untold_rivals, drop_minor, drop_unsupported
-from rtctl.diagnosis.search.elimination.refuted_causes import search_without_refuted
 from rtctl.diagnosis.search.holdout_error import compute_free_run_error, measure_gains
 from rtctl.diagnosis.search.largest_part import choose_largest_part
 from rtctl.diagnosis.search.nonparametric import find_better_alternative
@@ -76,9 +75,7 @@ def find_causes(request: SearchRequest, *, whole: bool) -> FoundCauses:
         request, course = _judge_by_pieces(request, found.result)
         found = found if _is_final(found) else _search_further(request, found)
     found = _judge_parts(request, found, whole=whole)
-    if whole:
-        found = search_without_refuted(request, found, _search_again)
-    return found._replace(notes=[*filter(None, [course]), *found.notes], tests=request.tests)
+    return found._replace(course=course, tests=request.tests)
 
 
 def _judge_parts(request: SearchRequest, found: FoundCauses, *, whole: bool) -> FoundCauses:
@@ -108,7 +105,7 @@ def _search_first(request: SearchRequest, *, whole: bool) -> FoundCauses:
     return first
 
 
-def _search_again(request: SearchRequest) -> FoundCauses:
+def search_again(request: SearchRequest) -> FoundCauses:
     """Search whole records, and hold what is found to the test records."""
     found = _search(request, correct=True)
     return _judge_parts(request, found if _is_final(found) else _search_further(request, found), whole=True)

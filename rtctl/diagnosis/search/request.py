@@ -88,5 +88,7 @@ class FoundCauses(NamedTuple):
     """Whether the user stopped it."""
     behind_refitted_loops: bool = False
     """Whether the catalogue was searched with refitted loops too."""
+    course: str = ""
+    """What is said of test records whose free runs take another course."""
     tests: tuple[FitRecord, ...] = ()
     """Test records by which it was judged."""

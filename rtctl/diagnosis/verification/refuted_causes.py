@@ -7,10 +7,11 @@ fitted records say.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
+from rtctl.diagnosis.search.catalogue_search import search_again
 from rtctl.diagnosis.search.holdout_error import measure_gains
 from rtctl.diagnosis.search.outcome import SearchResult, classify_outcome
 from rtctl.diagnosis.search.request import FoundCauses, SearchRequest
@@ -23,18 +24,16 @@ REPEATED = (
 )
 
 
-def search_without_refuted(
-    request: SearchRequest, found: FoundCauses, search: Callable[[SearchRequest], FoundCauses]
-) -> FoundCauses:
-    """Return what a search finds without the causes that test records refute, if they bear that out.
+def search_without_refuted(request: SearchRequest, found: FoundCauses) -> FoundCauses:
+    """Return what a search of whole records finds without the causes that test records refute, if they bear that out.
 
     Args:
         request: What the search needs.
         found: What it has found.
-        search: Searches the catalogue once more.
     """
     if found.cancelled:
         return found
+    request = request._replace(tests=found.tests)
     least, refuted, again = request.problem.thresholds.search.least_holdout_gain, [], found
     for _ in range(request.problem.thresholds.search.refuted_causes):
         first = _find_refuted(request, again.result)
@@ -42,11 +41,13 @@ def search_without_refuted(
             break
         refuted.append(first)
         request = request._replace(ids=tuple(one for one in request.ids if one not in refuted))
-        again = search(request)
+        again = search_again(request)
         if again.cancelled:
             return found._replace(cancelled=True)
         if _gains(request.tests, again.result, request.problem, least):
             return again._replace(
+                course=found.course,
+                tests=found.tests,
                 result=_tested_for_all(request, again.result, refuted),
                 notes=[*again.notes, REPEATED.format(" and ".join(refuted))],
             )
