@@ -79,9 +79,11 @@ def _in_words(dataset: Dataset) -> str:
 def _detail(summary: Summary, placed: Sequence[Placed]) -> str:
     rates = {f"{one.rate_hz:.6g}" for one in summary.records}
     rate = f"{rates.pop()} Hz" if len(rates) == 1 else f"{len(rates)} sample rates"
-    return "; ".join(
-        [rate, *_durations(placed), *([f"{len(summary.notes)} remarks"] if summary.notes else [])]
-    )
+    return "; ".join([rate, *_durations(placed), *_remarks(len(summary.notes))])
+
+
+def _remarks(count: int) -> list[str]:
+    return [f"{count} remark{'s' if count > 1 else ''}"] if count else []
 
 
 def _durations(placed: Sequence[Placed]) -> list[str]:

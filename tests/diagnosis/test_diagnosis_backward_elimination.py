@@ -70,5 +70,6 @@ def test_a_start_that_takes_thousands_of_steps_a_sample_is_none(problem: Problem
         parameters = {name: {"value": value, "unit": unit} for name, (value, unit) in values.items()}
         return device({"id": "friction.stribeck", "parameters": parameters})
 
-    assert takes_far_longer(problem, stribeck(1e-6), stribeck(0.1))
+    assert takes_far_longer(problem, stribeck(1e-4), stribeck(0.1))
+    assert takes_far_longer(problem, stribeck(1e-6), stribeck(0.1))  # which no sensible step resolves
     assert not takes_far_longer(problem, stribeck(0.05), stribeck(0.1))

@@ -36,20 +36,22 @@ def diagnosed(
 @pytest.mark.slow
 @pytest.mark.skipif(not (DATA / "silverbox").is_dir(), reason="../shared/data/silverbox is not there")
 def test_the_silverbox_is_cubic_first_then_an_offset_and_what_is_left_is_small() -> None:
+    # the work at which this was set; twice of it ends with a third cause that leaves 0.347 mV
     found = diagnosed("silverbox", (*FORCES[:3], *OFFSETS), DiagnosisOptions(work=2400e6))
-    assert_cubic_then_offset(found)
-    # a quadratic force and a quadratic damping remove less than what is still left, and are said but not claimed
-    assert any("stiffness.quadratic" in warning and "not named" in warning for warning in found.warnings)
+    assert found.verdict == "partly_explained"  # no real device passes the gate of 65,000 samples
+    assert found.causes[0].id == "stiffness.cubic"
+    assert {cause.id for cause in found.causes} & set(OFFSETS)
+    # about a middle that the sensor is off by, a cubic spring has a quadratic part; a quadratic damping leaves less
+    assert found.causes[-1].id in ("stiffness.quadratic", "sensor.offset", "damping.quadratic")
+    assert found.gain is not None
+    assert found.gain.after < 0.34e-3  # V, over all three test parts
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(not (DATA / "silverbox").is_dir(), reason="../shared/data/silverbox is not there")
 def test_the_silverbox_is_cubic_with_the_whole_catalogue_and_the_usual_work_too() -> None:
-    assert_cubic_then_offset(diagnosed("silverbox"))
-
-
-def assert_cubic_then_offset(found: Diagnosis) -> None:
-    assert found.verdict == "partly_explained"  # no real device passes the gate of 65,000 samples
+    found = diagnosed("silverbox")
+    assert found.verdict == "partly_explained"
     assert [cause.id for cause in found.causes] == ["stiffness.cubic", "drive.offset"]
     assert found.gain is not None
     assert found.gain.after < 0.41e-3  # V, over all three test parts; 11.92e-3 without these causes

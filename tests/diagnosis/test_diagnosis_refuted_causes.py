@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from rtctl.api.diagnosing import diagnose
+from rtctl.border.arrays import FloatArray
 from rtctl.diagnosis.diagnose import diagnose as diagnose_records
 from rtctl.diagnosis.search.request import DiagnosisOptions
 from rtctl.measured import open_dataset, read_dataset
@@ -36,7 +37,7 @@ drive_gain = { value = 1.0, unit = "rad/s^2/N" }
 """
 
 
-def decay(begin_rad: float, samples: int, seed: int) -> np.ndarray:
+def decay(begin_rad: float, samples: int, seed: int) -> FloatArray:
     """Angle of a pendulum that is let go at `begin_rad`, by steps of a fiftieth of a sample."""
     angle, speed, read = begin_rad, 0.0, np.empty(samples)
     step_s = PERIOD_S / 50
@@ -79,7 +80,8 @@ def test_who_stops_the_repeated_search_is_told_that_it_was_stopped(bench: Path) 
     options, ended = DiagnosisOptions(), []
 
     def report(text: str) -> None:
-        ended.append(text) if text == "one cause does not explain it" else None
+        if text == "one cause does not explain it":
+            ended.append(text)
         if len(ended) == 2:
             options.cancellation.cancel()
 

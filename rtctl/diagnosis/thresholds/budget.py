@@ -34,7 +34,7 @@ class BudgetThresholds:
     """Work [steps] of one free run over all records to fit, above which the model is refused: a
     fit takes some hundred."""
     simulated_share: float = 0.5
-    """Share of a whole search's work that takes as long a step as an evaluation of the nominal model."""
+    """Share of a whole search's work that takes as long a step as an evaluation of the nominal model [–]."""
     other_step_s: float = 29e-9
     """Time of a step [s] of the rest, which is whitening and linear algebra: 492 million took 14.3 s (the Silverbox,
     whose simulated steps take 6e-9 s; it was told 33 s, and took 112)."""

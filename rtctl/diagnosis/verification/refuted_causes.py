@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.diagnosis.residual.residual_tests import run_residual_tests
+from rtctl.diagnosis.residual.first_samples import run_search_tests
 from rtctl.diagnosis.search.catalogue_search import search_again
 from rtctl.diagnosis.search.holdout_error import measure_gains
 from rtctl.diagnosis.search.outcome import SearchResult, classify_outcome
@@ -75,6 +75,6 @@ def _gains(tests: Sequence[FitRecord], result: SearchResult, problem: Problem, l
 def _tested_for_all(request: SearchRequest, result: SearchResult, refuted: Sequence[str]) -> SearchResult:
     """Return the outcome with its set tested for the causes that were left out as well."""
     problem = result.refined_problem or request.problem
-    tested = run_residual_tests(result.chosen.hypothesis, problem, (*request.ids, *refuted))
+    tested = run_search_tests(result.chosen.hypothesis, problem, (*request.ids, *refuted))
     level = significance_level(problem, request.options.false_claim_rate)
     return result._replace(chosen=tested, passes=result.passes and tested.p_value > level)

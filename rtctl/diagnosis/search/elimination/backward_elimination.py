@@ -8,7 +8,7 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
-from rtctl.border.work import metered
+from rtctl.border.work import count_work, metered
 from rtctl.diagnosis.problem.bounds import clip_to_bounds
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
@@ -111,17 +111,21 @@ def takes_far_longer(problem: Problem, simulation: Simulation, known: Simulation
     more than the search before it. The first samples show it.
     """
     limits = problem.thresholds.search
-    work = []
-    for record in problem.initial_part(limits.probed_samples).records:
-        for one in (simulation, known):
-            values = np.array([parameter.value for parameter in one.parameters])
-            with metered() as meter:
-                try:
-                    one.predict(record.stimulus, values, steps_per_period=problem.steps_per_period)
-                except (ArithmeticError, ValueError):
-                    return one is simulation
-            work.append(meter.steps)
-    return sum(work[::2]) > limits.far_longer * sum(work[1::2])
+    first = problem.initial_part(limits.probed_samples)
+    return _steps_of_run(first, simulation) > limits.far_longer * _steps_of_run(first, known)
+
+
+def _steps_of_run(problem: Problem, simulation: Simulation) -> float:
+    """Return the work of one run over all records [steps]; infinite where no sensible step resolves the model."""
+    values = np.array([parameter.value for parameter in simulation.parameters])
+    with metered() as meter:
+        try:
+            for record in problem.records:
+                simulation.predict(record.stimulus, values, steps_per_period=problem.steps_per_period)
+        except (ArithmeticError, ValueError):
+            return np.inf
+    count_work(meter.steps)
+    return meter.steps
 
 
 def _values_of(simulation: Simulation, values: dict[str, float]) -> FloatArray:
