@@ -30,9 +30,9 @@ def stop(rng: np.random.Generator, around: Surroundings, both: float | None = No
 
 
 def cube_root_damping(rng: np.random.Generator, _: Surroundings) -> Recipe:
-    """c z'^(1/3), made linear under 1 % of the rms speed."""
+    """c z'^(1/3), made linear under 1 % of the rms speed: in the catalogue since it has powers of the speed."""
     return Recipe(
-        id=OUTSIDE,
+        id="damping.power",
         variant="cube_root_damping",
         place="dissipation",
         apply=lambda plan, a: plan.having(CBRT=a),
