@@ -105,6 +105,9 @@ class Parameter:
     least_periods: float = 0.0
     """Periods of a frequency that the shortest record has to hold: with a phase of its own in each record, a slower
     tone takes up whatever is slow."""
+    fastest: Callable[[Scales], float] | None = None
+    """Size of a nominal parameter beyond which a fit does not go, as samples show nothing of it: a pole that has
+    settled long before the next sample."""
     kinked: bool = False
     """Whether the cost has many minima along it, as where dry friction stops a motion: one for each possible cycle."""
 

@@ -15,6 +15,12 @@ from rtctl.identification.least_squares.determinability import Determinability
 from rtctl.identification.least_squares.levenberg_marquardt import Status
 from rtctl.identification.noise.residual_noise import NoiseModel
 
+AT_LIMIT = (
+    "{name} ended at {value:.3g} {unit}, beyond which these samples show nothing: the device answers faster than that, "
+    "and of its other values only their ratios to this one are known; sample faster, or write fixed = true beside a "
+    "value that you know"
+)
+
 
 class FitError(RunError):
     """Raised where no start value leads to a bounded simulation."""
@@ -48,6 +54,8 @@ class Fit:
     determinability: Determinability
     samples: int
     """Number of scored samples over all outputs."""
+    at_limit: tuple[str, ...] = ()
+    """Names of the parameters beyond whose values the samples show nothing."""
     residuals: Mapping[str, Mapping[str, FloatArray]]
     """Simulated minus measured, by record and output, from the first scored sample on."""
 
@@ -76,4 +84,6 @@ class Fit:
                     f"{name} ended on its bound, {one.value:g} {one.unit}: the model is short of something, or the "
                     "bound of the model file is too near"
                 )
+            if name in self.at_limit:
+                said.append(AT_LIMIT.format(name=name, value=one.value, unit=one.unit))
         return said

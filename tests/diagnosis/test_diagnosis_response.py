@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from diagnosis_cases import answer_to, device, noise_drive
 
-from rtctl.plants.oscillator.response import describe_response
+from rtctl.identification.oscillator.response import describe_response
 
 
 def test_a_response_with_a_resonance_is_not_remarked_on() -> None:

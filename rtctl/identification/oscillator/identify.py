@@ -14,7 +14,7 @@ from rtctl.identification.fit import Fit, FitError
 from rtctl.identification.fit_record import FitRecord, select_fit_records
 from rtctl.identification.hold_comparison import HoldDoubt, compare_holds
 from rtctl.identification.oscillator.refit import make_refit
-from rtctl.identification.oscillator.start_values import generate_starts
+from rtctl.identification.oscillator.start_values import Starts, generate_starts
 from rtctl.identification.oscillator.writing import (
     KIND,
     Build,
@@ -113,7 +113,7 @@ def identify_oscillator(
     _check_number_of_samples(dataset, records, simulation)
     report("start values", 0.0)
     starts = generate_starts(simulation, records, options.starts, options.seed, trust_own=model is not None)
-    fit, reason, free_share = _fit_by_suitable_method(simulation, records, starts.values, options, report)
+    fit, reason, free_share = _fit_by_suitable_method(simulation, records, starts, options, report)
     doubt = _describe_doubt(_compute_residual_share(fit, records, without_mean=True), free_share)
     held = HoldDoubt()
     if not (doubt or _is_undriven(records)):
@@ -176,7 +176,7 @@ def _is_undriven(records: tuple[FitRecord, ...]) -> bool:
 def _fit_by_suitable_method(
     simulation: Simulation,
     records: tuple[FitRecord, ...],
-    starts: list[FloatArray],
+    found: Starts,
     options: OscillatorFitOptions,
     report: ReportProgress,
 ) -> tuple[Fit, str, float]:
@@ -187,8 +187,9 @@ def _fit_by_suitable_method(
         motion (RMS share; NaN where the motion is not predictable, and of other fits).
     """
     shooting = ShootingOptions(fit=options.fit)
+    starts, linear_share = found.values, found.linear_share
     parts = measure_divergence(simulation, records, starts[0])
-    if parts.is_chaotic:
+    if parts.is_chaotic and linear_share > MAX_RESIDUAL_SHARE:
         fit = fit_multiple_shooting(simulation, records, shooting, starts=starts, report=report)
         reason = (
             f"fitted in short segments, as no long free run of record {parts.record} can be predicted: a small "

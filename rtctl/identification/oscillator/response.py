@@ -12,12 +12,12 @@ gone below 0.71."""
 FIRST_ORDER = 10.0
 """Ratio of two real poles above which the faster one hardly shows: it delays by a tenth of the slower one's time."""
 NO_RESONANCE = (
-    "the re-fitted response hardly has a resonance (quality factor {quality:.2g}): is this an oscillator? Stages of "
+    "the fitted response hardly has a resonance (quality factor {quality:.2g}): is this an oscillator? Stages of "
     "the first order one after the other (tanks, heaters, filters) look like this, and no cause of the catalogue "
     "describes such a plant"
 )
 NO_OSCILLATION = (
-    "the re-fitted response does not oscillate: it is that of a plant of the first order with {slow:.3g} s{faster}. Is "
+    "the fitted response does not oscillate: it is that of a plant of the first order with {slow:.3g} s{faster}. Is "
     "this an oscillator? No cause of the catalogue describes what acts in tanks, heaters or filters. Hysteresis that "
     "does not depend on the rate (a piezo, a magnetic core, dry friction) looks like such a lag too, as long as the "
     "drive has one frequency: records at two frequencies, ten times apart, tell them apart"

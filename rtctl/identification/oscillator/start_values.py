@@ -1,4 +1,4 @@
-"""Start values for oscillator fits: the model's own, those of the weak form at several widths, and random ones."""
+"""Start values for oscillator fits: the model's own, a linear oscillator, the weak form's, and random ones."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
 from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.oscillator.linear_start import fit_linear
 from rtctl.identification.regression.weak_form import TERMS, WeakFit, choose_half_width, regress
 from rtctl.identification.scales import compute_parameter_scales, estimate_scales
 
@@ -23,6 +24,8 @@ class Starts(NamedTuple):
 
     values: list[FloatArray]
     weak: WeakFit
+    linear_share: float
+    """What free runs of the linear oscillator leave of the motion (RMS); infinite where there is none."""
 
 
 def generate_starts(
@@ -42,13 +45,39 @@ def generate_starts(
     width_s = choose_half_width(records, scales.rate)
     regressions = [_regress_free_terms(simulation, records, factor * width_s) for factor in WIDTHS]
     found = [_fill_in(simulation, own, weak) for weak in regressions]
+    linear = _fit_linear_terms(simulation, own, records)
+    if linear is not None:
+        found.insert(1, linear.values)
     if trust_own:
         found.insert(1, own)
     draw = np.random.default_rng(seed)
     sizes = compute_parameter_scales(simulation.parameters, scales)
     while len(found) < count:
         found.append(_perturb(simulation, found[0], sizes, draw))
-    return Starts(found[: max(count, 1)], regressions[0])
+    share = linear.residual_share if linear is not None else np.inf
+    return Starts(found[: max(count, 1)], regressions[0], share)
+
+
+class _LinearStart(NamedTuple):
+    values: FloatArray
+    residual_share: float
+
+
+def _fit_linear_terms(
+    simulation: Simulation, own: FloatArray, records: Sequence[FitRecord]
+) -> _LinearStart | None:
+    """Return `own` with the linear terms of the best linear oscillator; None where one of them is known, or missing."""
+    place = {one.name: k for k, one in enumerate(simulation.parameters) if not one.fixed}
+    if not place.keys() >= {"damping", "stiffness", "drive_gain"}:
+        return None
+    fit = fit_linear(records)
+    if fit is None:
+        return None
+    values = own.copy()
+    for name in ("damping", "stiffness", "drive_gain"):
+        parameter = simulation.parameters[place[name]]
+        values[place[name]] = np.clip(getattr(fit, name), parameter.low, parameter.high)
+    return _LinearStart(values, fit.residual_share)
 
 
 def _regress_free_terms(simulation: Simulation, records: Sequence[FitRecord], width_s: float) -> WeakFit:

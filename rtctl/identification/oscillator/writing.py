@@ -11,6 +11,7 @@ from rtctl.border.model_file import MechanismTable, ModelFile, ModelTable, Value
 from rtctl.border.simulation import FreeParameter, Simulation
 from rtctl.border.statistics import NORMAL_95
 from rtctl.identification.fit import Fit
+from rtctl.identification.oscillator.response import describe_response
 
 KIND = "oscillator"
 NOMINAL = ("damping", "stiffness", "stiffness_cubic", "drive_gain")
@@ -80,6 +81,7 @@ def collect_warnings(fit: Fit) -> tuple[str, ...]:
     said = fit.describe_doubts()
     if fit.method == "multiple_shooting" and fit.simulation.mechanisms:
         said.append("a mechanism with a memory or a clock of its own began anew with each segment")
+    said += filter(None, [describe_response(fit.simulation)])
     return (*said, *_describe_offsets(fit))
 
 

@@ -50,6 +50,7 @@ def infer(method: str, cost: SegmentCost, found: Minimum) -> Fit:
         },
         residuals=by_record,
         status=found.status, iterations=found.iterations, determinability=said,
+        at_limit=sensitivity.find_at_limit(found.unknowns.shared),
         samples=sum(len(one) for series in residuals.values() for one in series),
     )  # fmt: skip
 

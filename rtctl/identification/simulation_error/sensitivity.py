@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.mechanisms import Scales
-from rtctl.border.simulation import Prediction, Simulation
+from rtctl.border.simulation import FreeParameter, Prediction, Simulation
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import compute_parameter_scales, estimate_scales
 
@@ -61,6 +61,8 @@ class Sensitivity:
     """Names of the outputs that are compared."""
     record_parameters: IntArray = field(default_factory=lambda: np.empty(0, np.intp))
     """Indices of parameters with one value a record; they follow the initial state among its local unknowns."""
+    fastest: FloatArray = field(default_factory=lambda: np.empty(0))
+    """Size of each free parameter (p,) in its unit beyond which samples show nothing of it; (0,) without limits."""
 
     @classmethod
     def of(
@@ -90,6 +92,7 @@ class Sensitivity:
         sizes = compute_parameter_scales([simulation.parameters[k] for k in moving], scales)
         by_name = {"displacement": scales.displacement, "velocity": scales.velocity}
         states = [by_name.get(name, 1.0) or 1.0 for name in simulation.state] if free_start else []
+        swept = "frequency" in records[0].stimulus.inputs
         measured = set.intersection(*(set(record.measured) for record in records))
         return cls(
             simulation=simulation,
@@ -98,6 +101,7 @@ class Sensitivity:
             state_scale=np.append(states, apart),
             outputs=tuple(name for name in simulation.outputs if name in measured),
             record_parameters=np.array(record_parameters, dtype=np.intp),
+            fastest=np.empty(0) if swept else _fastest_of([simulation.parameters[k] for k in moving], scales),
         )
 
     @property
@@ -117,7 +121,16 @@ class Sensitivity:
         """Lower and upper bounds (p,) of the scaled shared parameters."""
         found = [self.simulation.parameters[k] for k in self.free]
         low, high = np.array([one.low for one in found]), np.array([one.high for one in found])
+        if self.fastest.size:
+            low, high = np.maximum(low, -self.fastest), np.minimum(high, self.fastest)
         return low / self.scale, high / self.scale
+
+    def find_at_limit(self, shared: FloatArray) -> tuple[str, ...]:
+        """Return the names of the shared unknowns (p,) that ended beyond what samples show."""
+        if not self.fastest.size:
+            return ()
+        ended = np.abs(shared * self.scale) >= (1.0 - 1e-6) * self.fastest
+        return tuple(self.simulation.parameters[k].name for k in self.free[ended])
 
     def values(self, shared: FloatArray) -> FloatArray:
         """Return all parameters (parameters,) with the shared ones at `shared` (p,), scaled."""
@@ -267,3 +280,13 @@ def _compute_slopes(lanes: FloatArray, behind: FloatArray, moves: FloatArray) ->
     other[behind != 0.0] = 1 + len(behind) + np.arange(np.count_nonzero(behind))
     slopes: FloatArray = (lanes[1 : 1 + len(behind)] - lanes[other]) / moves[:, None, None]
     return slopes
+
+
+def _fastest_of(parameters: Sequence[FreeParameter], scales: Scales) -> FloatArray:
+    """Return the largest sizes (p,) that samples show; of a model that begins beyond it, its own size."""
+    return np.array(
+        [
+            max(one.declared.fastest(scales), abs(one.value)) if one.declared.fastest else np.inf
+            for one in parameters
+        ]
+    )

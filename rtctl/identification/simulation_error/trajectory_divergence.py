@@ -19,6 +19,8 @@ PERTURBATION = 1e-8
 CHAOTIC_GROWTH = 1e4
 """Growth of the perturbation above which motion is chaotic; that of a free mass grows only linearly with time."""
 STEPS_PER_PERIOD = 64.0
+UNBOUNDED = 100.0
+"""Multiple of the measured displacement's RMS that no motion of the device reaches."""
 
 
 class TrajectoryDivergence(NamedTuple):
@@ -54,6 +56,8 @@ def measure_divergence(
         except ValueError:
             continue
         lanes = run.outputs[simulation.outputs[0]]
+        if not np.abs(lanes[0]).max() < UNBOUNDED * scales.displacement:
+            continue  # an unstable model runs away from itself too, which says nothing of the motion
         distance = np.abs(np.nan_to_num(lanes[1] - lanes[0])) / (PERTURBATION * scales.displacement)
         at = int(distance.argmax())
         if distance[at] > worst.growth:

@@ -29,11 +29,11 @@ from rtctl.diagnosis.problem.subject import (
     Subject,
 )
 from rtctl.identification.noise.resonant_part import Resonance
+from rtctl.identification.oscillator.response import describe_response
 from rtctl.identification.scales import find_largest_displacement
 from rtctl.models.derived.oscillator import derive_oscillator
 from rtctl.models.derived.quantity import Derived
 from rtctl.models.oscillator import read_oscillator_model, write_oscillator_model
-from rtctl.plants.oscillator.response import describe_response
 from rtctl.plants.oscillator.steady import by_steady_state
 
 GENERIC: tuple[tuple[str, str, Callable[..., FloatArray]], ...] = (
