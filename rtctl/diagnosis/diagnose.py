@@ -25,7 +25,7 @@ from rtctl.diagnosis.report.causes import name_causes
 from rtctl.diagnosis.report.changed_signal import explain_by_changed_signals
 from rtctl.diagnosis.report.file_value import explain_by_file_value
 from rtctl.diagnosis.report.nearest_cause import describe_nearest_cause
-from rtctl.diagnosis.report.remarks import doubt_delays, remark
+from rtctl.diagnosis.report.remarks import doubt_delays, doubt_kind, remark
 from rtctl.diagnosis.report.rounding import explain_by_steps
 from rtctl.diagnosis.report.same_laws import find_same_laws, tell_readings_at_the_end
 from rtctl.diagnosis.residual.localization import localize_residual
@@ -176,6 +176,7 @@ def _answer(
     )
     return Diagnosis(
         verdict=verdict.claim, causes=causes, loop=extended.rehearsal, doubt=doubt,
+        kind_doubt=doubt_kind(search, problem) if verdict.leaves_gap else "",
         gain=gain, helps=verified.helps, where=tuple(where),
         search=search, problem=problem, tests=request.tests, fits=fits, before=before,
         model=extended.model, units=units, isolability=isolability, next_experiment=proposed,

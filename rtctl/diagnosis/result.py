@@ -146,6 +146,8 @@ class Diagnosis:
     none certainly rises."""
     doubt: str = ""
     """Why the model that was diagnosed is to be identified again first; "": it is not."""
+    kind_doubt: str = ""
+    """Why the device may be no plant of the model's kind, one of `warnings` too; "": nothing speaks against it."""
     loop: Rehearsal | None = None
     """How the loop does with today's and with the extended model; None where no loop uses it or nothing is claimed."""
     warnings: tuple[str, ...] = field(default=())

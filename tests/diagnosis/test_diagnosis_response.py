@@ -6,8 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from diagnosis_cases import answer_to, device, noise_drive
+from diagnosis_cases import device, noise_drive, write_case
 
+import rtctl
+from rtctl.cli.printing.diagnosis import print_diagnosis
+from rtctl.diagnosis.report.page.summary import describe_kind_doubt
 from rtctl.identification.oscillator.response import describe_response
 
 
@@ -33,7 +36,9 @@ def test_stages_of_the_first_order_are_told_with_their_times(damping: float, bot
     assert "records at two frequencies" in said
 
 
-def test_two_tanks_are_said_to_be_no_oscillator(tmp_path: Path) -> None:
+def test_two_tanks_are_said_to_be_no_oscillator_below_the_verdict(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     """Two tanks one above the other, whose outflow goes with the root of the level: no law of the catalogue."""
     records = []
     for seed, use in ((1, "fit"), (2, "fit"), (3, "test")):
@@ -48,6 +53,13 @@ def test_two_tanks_are_said_to_be_no_oscillator(tmp_path: Path) -> None:
                 lower = max(lower + 5e-4 * (out - 14.0 * np.sqrt(lower)), 0.0)
         rng = np.random.default_rng(seed)
         records.append((drive, np.array(reading) + 0.004 * rng.standard_normal(len(drive)), use))
-    found = answer_to(tmp_path, records, "stiffness.cubic,damping.quadratic")
-    assert found["verdict"] in ("unexplained", "partly_explained")
-    assert any("is this an oscillator?" in one.replace("Is", "is") for one in found["warnings"])
+    manifest = write_case(tmp_path, records)
+    mechanisms = "stiffness.cubic,damping.quadratic"
+    found = rtctl.diagnose(manifest, tmp_path / "model.toml", mechanisms=mechanisms).answer
+    assert found.verdict in ("unexplained", "partly_explained")
+    assert "is this an oscillator?" in found.kind_doubt.lower()
+    assert found.kind_doubt in found.warnings
+    print_diagnosis(found, tmp_path)
+    below_the_verdict = capsys.readouterr().out.splitlines()[1]
+    assert below_the_verdict.strip() == found.kind_doubt
+    assert "s this an oscillator?" in describe_kind_doubt(found)

@@ -54,7 +54,8 @@ def print_diagnosis(found: Diagnosis, folder: Path, *, written: bool = True) -> 
         )
     _print_derived(found)
     for warning in found.warnings:
-        print(f"  note: {warning}")
+        if warning != found.kind_doubt:
+            print(f"  note: {warning}")
     if found.next_experiment is not None and not found.correction:
         print(f"  {found.next_experiment.statement}")
     if written:
@@ -67,6 +68,8 @@ def _print_verdict(found: Diagnosis) -> None:
     if found.correction:
         print(f"{state_correction(found)} {CORRECT_FIRST}")
     print(UNDECIDED if found.undecided else VERDICTS[found.verdict].format(rest=found.problem.rest))
+    if found.kind_doubt:
+        print(f"  {found.kind_doubt}")
     if found.verdict == "adequate" and (beyond := name_beyond_linear(found)):
         print(f"  {beyond}")
     if figures := describe_main_quantities(found):

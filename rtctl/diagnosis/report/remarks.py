@@ -84,8 +84,7 @@ def remark(
     if not verdict.leaves_gap:
         residuals = simulation_errors(told, problem)
         return [*notes, *describe_bursts(residuals, problem), *describe_tones(residuals, problem, units)]
-    response = problem.subject.describe_response(search.nominal.hypothesis.simulation)
-    notes += [response] if response else []
+    notes += filter(None, [doubt_kind(search, problem)])
     finished = not (stopped or search.out_of_time)
     if finished and not search.chosen.p_value > significance_level(problem, false_claim_rate):
         sharpest = min(search.chosen.tests, key=lambda one: one.p_value)
@@ -93,6 +92,11 @@ def remark(
         p = f"= {sharpest.p_value:.2g}" if sharpest.p_value >= least else f"< {least:.0e}"
         notes.append(FAILED_TEST.format(len(search.chosen.tests), words_of_test(sharpest.name), p))
     return notes
+
+
+def doubt_kind(search: SearchResult, problem: Problem) -> str:
+    """Return why the nominal model's response may be that of another kind of plant; "" where nothing speaks for it."""
+    return problem.subject.describe_response(search.nominal.hypothesis.simulation)
 
 
 def _describe_remainder(chosen: TestedHypothesis, least_share: float) -> str:

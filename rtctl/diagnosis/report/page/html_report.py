@@ -19,6 +19,7 @@ from rtctl.diagnosis.report.page.sections import (
 )
 from rtctl.diagnosis.report.page.summary import (
     describe_causes,
+    describe_kind_doubt,
     describe_notes,
     describe_verdict,
     describe_what_to_do,
@@ -69,8 +70,9 @@ def report_page(diagnosis: Diagnosis, dataset: Dataset, provenance: Mapping[str,
     parts = [
         f'<p class="dim small">rtctl diagnose · {escape(dataset.name)} · model {escape(str(provenance["model"]))}</p>',
         f"<h1>{describe_verdict(diagnosis)}</h1>",
-        '<section class="summary">', describe_causes(diagnosis), tabulate_gain(diagnosis), tabulate_causes(diagnosis),
-        describe_what_to_do(diagnosis, how), describe_notes(diagnosis), "</section>",
+        '<section class="summary">', describe_kind_doubt(diagnosis), describe_causes(diagnosis),
+        tabulate_gain(diagnosis), tabulate_causes(diagnosis), describe_what_to_do(diagnosis, how),
+        describe_notes(diagnosis), "</section>",
         '<h2 class="part">Evidence</h2>',
         "<h3>Measured against simulated</h3>", drawn("stretch"), drawn("others"), drawn("spectrum"), drawn("plane"),
         "<h3>What the error goes with</h3>", describe_place(diagnosis), drawn("where"), drawn("shape"), drawn("loops"),

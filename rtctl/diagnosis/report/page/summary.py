@@ -76,6 +76,12 @@ def describe_verdict(diagnosis: Diagnosis) -> str:
     return f'<span class="partly_explained">{first}{texts[diagnosis.verdict]}</span>'
 
 
+def describe_kind_doubt(diagnosis: Diagnosis) -> str:
+    """Return why the device may be of another kind, below the verdict."""
+    doubt = diagnosis.kind_doubt
+    return f'<p class="lead">{escape(_sentence(doubt))}</p>' if doubt else ""
+
+
 def name_with_rivals(causes: Sequence[Cause]) -> str:
     """Return `friction.coulomb and (sensor.lag or drive.lag, these data do not tell which)`."""
     named = []
@@ -235,9 +241,10 @@ def describe_what_to_do(diagnosis: Diagnosis, how: str) -> str:
 
 def describe_notes(diagnosis: Diagnosis) -> str:
     """Return what a reader must know beside the verdict."""
-    if not diagnosis.warnings:
+    told = [one for one in diagnosis.warnings if one != diagnosis.kind_doubt]
+    if not told:
         return ""
-    notes = "".join(f'<div class="note">{escape(_sentence(one))}</div>' for one in diagnosis.warnings)
+    notes = "".join(f'<div class="note">{escape(_sentence(one))}</div>' for one in told)
     return f"<h3>What to know</h3>{notes}"
 
 
