@@ -106,7 +106,7 @@ def find_candidates(
         elif len(columns) < len(surveys):
             others[name] = "not in every file"
         elif not any(column.varies for column in columns):
-            others[name] = f"constant, {first.values[0]:.6g} throughout"
+            others[name] = f"constant, {first.values[0] + 0.0:.6g} throughout"
         elif is_count(first.values):
             others[name] = "counts the rows"
         elif is_logarithm(first):
@@ -117,6 +117,17 @@ def find_candidates(
                 name=name, label=first.label or name, reading=read_column(first), values=values
             )
     return found, others
+
+
+def find_silent(surveys: Sequence[Survey], without: Sequence[str | None]) -> dict[str, Candidate]:
+    """Return the columns that are 0 throughout in every file, as candidates; the arguments are the same."""
+    return {
+        name: Candidate(name=name, label=first.label or name, reading=read_column(first), values=first.values)
+        for name, first in surveys[0].columns.items()
+        if name not in without
+        and first.values is not None
+        and all(name in one.numeric and not np.any(one.columns[name].values) for one in surveys)
+    }
 
 
 def is_count(values: FloatArray) -> bool:

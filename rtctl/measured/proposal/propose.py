@@ -10,7 +10,13 @@ from typing import NamedTuple
 from rtctl.border.errors import InputError
 from rtctl.measured.manifest.signal_kinds import measured_kinds
 from rtctl.measured.proposal.between_rows.hold import find_hold
-from rtctl.measured.proposal.candidates import LOGARITHM, SINGLE, Candidate, find_candidates
+from rtctl.measured.proposal.candidates import (
+    LOGARITHM,
+    SINGLE,
+    Candidate,
+    find_candidates,
+    find_silent,
+)
 from rtctl.measured.proposal.given import Given, check_plant, given_signals
 from rtctl.measured.proposal.instants.stamps import judge_stamps
 from rtctl.measured.proposal.instants.time_base import find_time, homes_of
@@ -109,7 +115,7 @@ def _columns(surveys: Sequence[Survey], answers: Answers, time: TimeGuess) -> _F
     roles = (
         assign_named_roles(candidates, kind, given, answers)
         if kind.free_signals
-        else assign_roles(candidates, kind, given)
+        else assign_roles(candidates, kind, given, find_silent(surveys, [time.column]))
     )
     return _Found(candidates, unused | computed, kind, given, roles, answers, plant, plant_why)
 

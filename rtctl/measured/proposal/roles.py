@@ -7,6 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+import numpy as np
+
+from rtctl.border.arrays import FloatArray
 from rtctl.measured.proposal.candidates import Candidate
 from rtctl.measured.proposal.causality import leads
 from rtctl.measured.proposal.given import NONE, Given
@@ -19,6 +22,9 @@ OTHER_PLANT = "--model MODEL.toml"
 """Option for data of what is no oscillator, which name and unit of no column tell."""
 CLEAR = 1.0
 """Difference of two scores from which one column is preferred."""
+
+DECAYED = 0.5
+"""Variation of a motion's last quarter over that of its first below which it decays as a release does."""
 
 
 class Choice(NamedTuple):
@@ -45,8 +51,20 @@ class Roles:
         return all(one.column != column for one in self.chosen.values())
 
 
-def assign_roles(candidates: Mapping[str, Candidate], plant: PlantKind, given: Mapping[str, Given]) -> Roles:
-    """Return the columns of a plant's signals, and what must be asked."""
+def assign_roles(
+    candidates: Mapping[str, Candidate],
+    plant: PlantKind,
+    given: Mapping[str, Given],
+    silent: Mapping[str, Candidate],
+) -> Roles:
+    """Return the columns of a plant's signals, and what must be asked.
+
+    Args:
+        candidates: Columns that vary.
+        plant: Kind of plant, with its signals.
+        given: What the user says.
+        silent: Columns that are 0 throughout; one of them is the drive of a release, if its name says so.
+    """
     roles = Roles()
     for signal, one in given.items():
         if one.column != NONE:
@@ -61,6 +79,7 @@ def assign_roles(candidates: Mapping[str, Candidate], plant: PlantKind, given: M
     for signal in required:
         if signal in kinds:
             _choose_input(roles, signal, kinds[signal], groups, candidates)
+            _take_silent_input(roles, signal, plant, groups, silent)
     for signal, kind in kinds.items():
         if signal not in required and signal not in roles.chosen:
             _choose_output(roles, signal, kind, [one for one in groups[signal] if roles.is_free(one.name)])
@@ -105,10 +124,40 @@ def _choose_input(
     roles.opens.append(Open(signal, text, "--input COLUMN[:UNIT]", _example("--input", "", contenders)))
 
 
+def _take_silent_input(
+    roles: Roles,
+    signal: str,
+    plant: PlantKind,
+    groups: Mapping[str, list[Candidate]],
+    silent: Mapping[str, Candidate],
+) -> None:
+    """Take the one column of zeros whose name says that it drives, where no column that varies does.
+
+    That is of a motion that decays: where it goes on, a drive acted that was not recorded, and that is asked.
+    """
+    motions = [one for name, group in groups.items() if plant.signals[name].role == "output" for one in group]
+    named = [
+        one
+        for one in silent.values()
+        if roles.is_free(one.name) and one.best(plant.signals) == signal and _is_named(one, signal)
+    ]
+    if groups[signal] or len(named) != 1 or not any(_decays(one.values) for one in motions):
+        return
+    roles.chosen[signal] = Choice(named[0].name, "by its name; it is 0 throughout, as in a release")
+    roles.opens[:] = [one for one in roles.opens if one.key != signal]
+    roles.unsure[:] = [one for one in roles.unsure if not one.startswith(f"{signal}:")]
+
+
 def _is_clear(signal: str, kind: SignalKind, group: list[Candidate]) -> bool:
     """Return whether the first column is clearly the signal: no other one has a name that says so."""
     first, second = (one.score(signal, kind) for one in group[:2])
     return first - second >= CLEAR and not any(_is_named(one, signal) for one in group[1:])
+
+
+def _decays(values: FloatArray) -> bool:
+    """Return whether a motion (n,) varies much less in its last quarter than in its first."""
+    quarter = max(len(values) // 4, 1)
+    return bool(np.std(values[-quarter:]) < DECAYED * np.std(values[:quarter]))
 
 
 def _is_named(candidate: Candidate, signal: str) -> bool:
