@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Stimulus
+from rtctl.plots.elements.lines import ABOVE
 from rtctl.plots.reproduce_bistable import Cloud, draw, over_frequency
 from rtctl.reproduce.bistable.collected import Collected, collected
 from rtctl.reproduce.bistable.diagnosed import DECIMATION, signals
@@ -71,7 +72,7 @@ def freerun(run: Run) -> Section:
         ]
         over_frequency(axes[0], clouds, "error of free simulation [% of the motion]")
         axes[0].set_yscale("log")
-        axes[0].legend(fontsize=6.5, ncols=3)
+        axes[0].legend(**ABOVE)
 
     draw(run.pictures / "free-simulation.png", (7.2, 3.8), (1, 1), fill)
     models = global_models(found)

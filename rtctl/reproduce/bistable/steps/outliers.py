@@ -124,11 +124,7 @@ def _told(at: float, answer: dict[str, Any]) -> str:
     causes = " ".join(cause["statement"] for cause in answer["causes"])
     gain = answer["gain"]
     if not causes:
-        return (
-            f"At {at:g} Hz it says {answer['verdict']} and names nothing: its search for a mode goes to eight "
-            f"times the "
-            f"motion's dominant frequency, {8.0 * at:.0f} Hz there, and the second mode lies above."
-        )
+        return f"At {at:g} Hz it says {answer['verdict']} and names nothing."
     return (
         f"At {at:g} Hz it says {answer['verdict']}: {causes} (The error of simulation falls from "
         f"{gain['before']:.3g} to "

@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 
 from rtctl.border.arrays import FloatArray
 from rtctl.orbits.turning_points import different
+from rtctl.plots.elements.lines import ABOVE
 from rtctl.plots.elements.style import BLACK
 from rtctl.plots.reproduce_bistable import COLORS, draw, portrait
 from rtctl.reproduce.bistable.collected import Collected, collected
@@ -149,15 +150,18 @@ def _figure_11(run: Run, found: Collected, models: dict[str, Beam]) -> dict[tupl
         for k in chosen:
             points = _last(found, k)
             axes[0].plot(
-                np.full(len(points), found.frequency_hz[k]), points, "o", color=BLACK, markersize=3.0
-            )
+                np.full(len(points), found.frequency_hz[k]), points, "o", color=BLACK, markersize=3.0,
+                label="record" if k == chosen[0] else "_again",
+            )  # fmt: skip
         for name, shift in (("HM", -0.06), ("RM5", 0.06)):
-            for k, orbit in nearest[name].items():
-                if orbit is not None:
-                    at = np.full(len(orbit.points), found.frequency_hz[k] + shift)
-                    axes[0].plot(at, orbit.points, "o", color=COLORS[name], markersize=1.8)
+            drawn = [(k, orbit) for k, orbit in nearest[name].items() if orbit is not None]
+            for number, (k, orbit) in enumerate(drawn):
+                at = np.full(len(orbit.points), found.frequency_hz[k] + shift)
+                axes[0].plot(at, orbit.points, "o", color=COLORS[name], markersize=1.8,
+                             label="_again" if number else name)  # fmt: skip
         axes[0].set_xlabel("excitation frequency [Hz]")
         axes[0].set_ylabel("turning points [mm]")
+        axes[0].legend(**ABOVE)
 
     draw(run.pictures / "fig11-turning-points.png", (7.2, 4.0), (1, 1), fill)
     result = {}

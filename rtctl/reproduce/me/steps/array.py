@@ -188,8 +188,8 @@ def _axes(figure: Any) -> Any:
 def _plotted(axes: Any, along: FloatArray, height: FloatArray, limit: float) -> None:
     x, y, z = _surface(along, height)
     axes.plot_surface(x, y, z, cmap="viridis", vmin=-limit, vmax=limit, rstride=1, cstride=1, linewidth=0.3)
-    axes.set(zlim=(-limit, limit), ylabel="", zlabel="z, um", yticks=(0.0, 1.0))
-    axes.set_xlabel("length, mm", labelpad=12.0)
+    axes.set(zlim=(-limit, limit), ylabel="", zlabel="z [µm]", yticks=(0.0, 1.0))
+    axes.set_xlabel("length [mm]", labelpad=12.0)
 
 
 def _draw(run: Run, along: FloatArray, phasors: NDArray[np.complex128]) -> None:

@@ -213,7 +213,7 @@ def _draw(run: Run, record: ToneRecord, values: FloatArray) -> None:
             shown = time_ms[part] - time_ms[begin]
             axes.plot(shown, record.displacement[part], color=BLUE, label="record")
             axes.plot(shown, model[part], color=VERMILION, linestyle="--", label="reconstruction")
-            axes.set(xlabel="time, ms", title=f"from {time_ms[begin]:.1f} ms")
-        figure.axes[0].set_ylabel("displacement, um")
+            axes.set(xlabel="time [ms]", title=f"from {time_ms[begin]:.1f} ms")
+        figure.axes[0].set_ylabel("displacement [µm]")
         figure.axes[0].legend(loc="upper left")
         save_small_png(figure, run.pictures / "coefficients.png")

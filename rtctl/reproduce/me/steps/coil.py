@@ -127,13 +127,13 @@ def _draw(run: Run) -> None:
         frequency = np.linspace(1e3, 10e3, 200)
         left.plot(1e-3 * frequency, np.full(200, SENSITIVITY), color=BLUE, label="a measured current")
         left.plot(1e-3 * frequency, commanded(frequency), color=VERMILION, label="a commanded current")
-        left.set(xlabel="frequency, kHz", ylabel="sensitivity, mT/A", ylim=(2.0, 2.8), title="Coil")
+        left.set(xlabel="frequency [kHz]", ylabel="sensitivity [mT/A]", ylim=(2.0, 2.8), title="Coil")
         left.legend()
         field = np.linspace(-5.0, 5.0, 400)
         right.plot(field, 1e-3 * magnetisation(field), color=BLUE, label="Langevin")
         slope = 1e-3 * float(magnetisation(np.array(1e-3))) / 1e-3
         near = np.abs(field) < 3.0
         right.plot(field[near], slope * field[near], color=GREY, linestyle="--", label="tangent")
-        right.set(xlabel="field, mT", ylabel="M, kA/m", title="Film")
+        right.set(xlabel="field [mT]", ylabel="M [kA/m]", title="Film")
         right.legend()
         save_small_png(figure, run.pictures / "coil.png")

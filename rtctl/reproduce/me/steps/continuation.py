@@ -230,7 +230,7 @@ def _draw(run: Run, curve: Response, found: list[Held]) -> None:
             axes.axvline(hertz[fold], color=GREY, linewidth=0.6)
         near = [one.frequency_hz for one in found]
         axes.set(
-            xlabel="drive frequency, Hz", ylabel="amplitude, um", xlim=(min(near) - 10.0, max(near) + 15.0)
+            xlabel="drive frequency [Hz]", ylabel="amplitude [µm]", xlim=(min(near) - 10.0, max(near) + 15.0)
         )
         axes.legend()
         save_small_png(figure, run.pictures / "continuation.png")

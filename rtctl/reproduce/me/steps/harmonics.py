@@ -160,7 +160,7 @@ def _draw(run: Run, fields: tuple[float, ...], thd: dict[float, tuple[float, flo
         left.plot(
             x, [100.0 * thd[field][0] for field in fields], color=VERMILION, marker="^", label="z, 7500 Hz"
         )
-        left.set(xlabel="field, mT", ylabel="THD, %", xscale="log", yscale="log")
+        left.set(xlabel="field [mT]", ylabel="THD [%]", xscale="log", yscale="log")
         left.legend()
         for axes, field in zip(right, STFT_FIELDS, strict=True):
             motion = device.noisy(_driven(field, AT_HZ, window_s=STFT_S), SEED)
@@ -174,7 +174,7 @@ def _draw(run: Run, fields: tuple[float, ...], thd: dict[float, tuple[float, flo
             )  # else a line is thinner than a pixel
             edges = frequency[: bands * POOLED : POOLED]
             axes.pcolormesh(1e3 * time_s, 1e-3 * edges, shown, vmin=-95.0, vmax=-75.0, cmap="Greys")
-            axes.set(xlabel="time, ms", title=f"{field:g} mT", ylim=(0.0, 30.0))
+            axes.set(xlabel="time [ms]", title=f"{field:g} mT", ylim=(0.0, 30.0))
             axes.grid(False)
-        right[0].set_ylabel("frequency, kHz")
+        right[0].set_ylabel("frequency [kHz]")
         save_small_png(figure, run.pictures / "harmonics.png")

@@ -242,6 +242,6 @@ def _draw(run: Run, envelope: FloatArray, motions: dict[str, FloatArray]) -> Non
                 label=name,
             )
         axes.axhline(0.0, color=GREY, linewidth=0.6)
-        axes.set(xlabel="field, mT", ylabel="amplitude, um")
+        axes.set(xlabel="field [mT]", ylabel="amplitude [µm]")
         axes.legend()
         save_small_png(figure, run.pictures / "hysteresis.png")

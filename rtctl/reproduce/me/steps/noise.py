@@ -192,8 +192,8 @@ def _draw(run: Run, found: dict[str, dict[float, dict[str, Point]]]) -> None:
                 marker=".",
                 label="damping, least squares",
             )
-            axes.set(xlabel="signal to noise, dB", yscale="log", title=kind)
-        panels[0].set_ylabel("error, %")
+            axes.set(xlabel="signal to noise [dB]", yscale="log", title=kind)
+        panels[0].set_ylabel("error [%]")
         handles, labels = panels[1].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=3)
         save_small_png(figure, run.pictures / "noise.png")

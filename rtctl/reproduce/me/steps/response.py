@@ -208,6 +208,6 @@ def _draw(run: Run, curves: list[Curve]) -> None:
             for a in amplitudes.tolist()
         ]
         axes.plot(free, amplitudes, color=GREY, linewidth=0.8)
-        axes.set(xlabel="drive frequency, Hz", ylabel="amplitude, um", xlim=(LOW_HZ, HIGH_HZ))
+        axes.set(xlabel="drive frequency [Hz]", ylabel="amplitude [µm]", xlim=(LOW_HZ, HIGH_HZ))
         axes.legend()
         save_small_png(figure, run.pictures / "response.png")
