@@ -128,6 +128,21 @@ def test_unknown_starts_are_fitted_and_written(tmp_path: Path) -> None:
     assert fit.parameters["c"].fixed
 
 
+def test_a_start_beyond_the_limit_of_its_state_is_written_at_the_limit(tmp_path: Path) -> None:
+    """Tanks that begin empty: the noise puts the fitted start below 0, and diagnose refused such a file."""
+    model = written(tmp_path, TANKS.replace('unit = "V/cm" }', 'unit = "V/cm", fixed = true }'))
+    inputs = [(use, {"u": wavy(150, 2.0, 3.0, seed)}) for seed, use in enumerate(("fit", "test"))]
+    for seed in range(4):
+        folder = tmp_path / f"data{seed}"
+        data = dataset_of(
+            folder, model, {"u": "V", "y": "V"}, inputs, 4.0, noise=0.02, initial=[0.0, 0.0], seed=seed
+        )
+        fit = rtctl.identify(data, model=model)
+        assert all(state.initial >= 0.0 for state in fit.model.content.model.states.values())
+        fit.model.save(folder / "fitted.toml")
+        rtctl.simulate(folder / "fitted.toml", data)
+
+
 def test_a_start_that_is_known_stays(tmp_path: Path) -> None:
     text = TANKS.replace("initial = 3.0, low", "initial = 3.0, fixed = true, low").replace(
         'unit = "V/cm" }', 'unit = "V/cm", fixed = true }'

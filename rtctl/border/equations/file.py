@@ -58,6 +58,12 @@ class StateTable(Checked):
     """Value below which the state does not go, in `unit`: it stays there while its rate points outward."""
     high: Finite | None = None
 
+    def starting_at(self, value: float) -> StateTable:
+        """Return the state with another initial value in its unit: the nearest one that its limits allow."""
+        low = -math.inf if self.low is None else self.low
+        high = math.inf if self.high is None else self.high
+        return self.model_copy(update={"initial": min(max(value, low), high)})
+
     @model_validator(mode="after")
     def _ordered(self) -> StateTable:
         if self.low is not None and self.high is not None and not self.low < self.high:

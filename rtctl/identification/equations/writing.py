@@ -20,10 +20,7 @@ def write_fitted(start: EquationsFile, fit: Fit, *, with_errors: bool) -> Equati
     first = dict(zip(fit.simulation.state, fit.initial[0].tolist(), strict=True)) if len(fit.initial) else {}
     states = dict(start.model.states)
     for name, value in first.items():
-        old = states[name]
-        low = old.low if old.low is not None else value
-        high = old.high if old.high is not None else value
-        states[name] = old.model_copy(update={"initial": min(max(value, low), high)})
+        states[name] = states[name].starting_at(value)
     model = start.model.model_copy(update={"parameters": parameters, "states": states})
     return start.model_copy(update={"model": model, "provenance": {}})
 

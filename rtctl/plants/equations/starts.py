@@ -31,8 +31,5 @@ def with_common_start(
         ]
         if not fitted or name not in tables:
             continue
-        old, value = tables[name], float(np.median(fitted))
-        low = value if old.low is None else old.low
-        high = value if old.high is None else old.high
-        tables[name] = old.model_copy(update={"initial": min(max(value, low), high)})
+        tables[name] = tables[name].starting_at(float(np.median(fitted)))
     return model.model_copy(update={"model": model.model.model_copy(update={"states": tables})})
