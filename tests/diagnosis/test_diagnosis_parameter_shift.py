@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from diagnosis_cases import FRICTION, answer_to, device, measured, noise_drive
+from diagnosis_cases import FRICTION, answer_to, device, json_of, measured, noise_drive, write_case
 
 
 @pytest.mark.parametrize(("factor", "said"), [(-1.0, True), (3.0, True), (1.2, False)])
@@ -18,6 +18,18 @@ def test_a_drive_gain_of_another_sign_or_size_is_said(tmp_path: Path, factor: fl
     if said:
         assert "drive_gain from 430" in moved[0]
         assert f"{430.0 * factor:.0f}"[:2] in moved[0]
+
+
+def test_a_value_that_stays_within_the_interval_of_its_file_is_not_said(tmp_path: Path) -> None:
+    plant = device(drive_gain=(1290.0, "mm/s^2/V"))
+    records = [(noise_drive(k), measured(plant, noise_drive(k)), use) for k, use in ((1, "fit"), (2, "test"))]
+    manifest, model = write_case(tmp_path, records), tmp_path / "model.toml"
+    text = model.read_text().replace('{ value = 430.0, unit = "mm/s^2/V" }',
+                                     '{ value = 430.0, low = -700.0, high = 1560.0, unit = "mm/s^2/V" }')  # fmt: skip
+    assert "low = -700.0" in text
+    model.write_text(text)
+    found = json_of(manifest, model, "friction.coulomb")
+    assert not any("the re-fit changed" in warning for warning in found["warnings"])
 
 
 def test_a_value_that_the_named_cause_brings_back_is_not_said(tmp_path: Path) -> None:

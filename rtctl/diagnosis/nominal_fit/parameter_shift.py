@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
+from types import MappingProxyType
 
 import numpy as np
 from scipy.stats import t as student
 
 from rtctl.border.mechanisms import plain_unit
 from rtctl.border.simulation import Simulation
+from rtctl.border.statistics import NORMAL_95
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.parameter_estimates import estimates_of
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 
+NO_ERRORS: Mapping[str, float] = MappingProxyType({})
 SHIFTED = (
     "the re-fit changed {}: the answer is about the model with these values. Are the units and signs of the data and "
     "of the model file right? If they are, these values may hold an effect that the model lacks: write fixed = true to "
@@ -25,15 +28,22 @@ STARTS = (
 
 
 def note_large_shifts(
-    given: Simulation, kept: TestedHypothesis, problem: Problem, told: Collection[str] = ()
+    given: Simulation,
+    kept: TestedHypothesis,
+    problem: Problem,
+    told: Collection[str] = (),
+    errors: Mapping[str, float] = NO_ERRORS,
 ) -> list[str]:
     """Note the values that the re-fit changed by far, without those that are `told` as causes.
+
+    A value that stays within the 95 % interval that the file states for it has not changed.
 
     Args:
         given: The model of the file.
         kept: The fit that the answer is about: with its causes, which may bring a value back to the file's.
         problem: Records that were fitted.
         told: Ids of causes: `parameter.NAME`, or of a mechanism that a parameter imitates.
+        errors: Standard errors over values that the file states, by parameter.
     """
     limits = problem.thresholds.nominal_fit
     shifted = []
@@ -45,7 +55,9 @@ def note_large_shifts(
             far = abs(now.value - before.value) > most
         else:
             possible = _includes(before.value, now.low, now.high, limits.shifted_value_ratio)
-            far = before.value != 0.0 and not possible
+            stated = NORMAL_95 * errors.get(name, 0.0) * abs(before.value)
+            near = now.low <= before.value + stated and now.high >= before.value - stated
+            far = before.value != 0.0 and not possible and not near
         if far and not {f"parameter.{name}", *before.declared.imitates} & set(told):
             text = f"{name} from {before.value:.4g} to {now.value:.4g} {plain_unit(now.unit)}"
             shifted.append(text.rstrip())
