@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import io
 import os
 import re
 import sys
@@ -109,6 +110,7 @@ def build_parser() -> argparse.ArgumentParser:
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line. Exit 0: done. 1: it ran and failed. 2: bad input, one message, no traceback."""
     _replace_closed_streams()
+    _print_what_the_encoding_has()
     args, extra = build_parser().parse_known_args(argv)
     if extra:
         _refuse(args.verb_parser, extra)
@@ -136,6 +138,13 @@ def _replace_closed_streams() -> None:
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115 - until the end
+
+
+def _print_what_the_encoding_has() -> None:
+    """Print "?" for a character that the streams' encoding lacks, such as an en dash in Latin-1, instead of failing."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper) and stream.errors == "strict":
+            stream.reconfigure(errors="replace")
 
 
 def _check_names(args: argparse.Namespace) -> None:

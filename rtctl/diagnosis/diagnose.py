@@ -115,7 +115,8 @@ def diagnose(
         answer = explain_by_changed_signals(answer, request, data.simulation, holdout)
         told = [cause.id for cause in answer.causes]
         notes += (*first.notes, *filter(None, [found.course]), *found.notes)
-        notes += tuple(note_large_shifts(data.simulation, answer.kept, problem, told))
+        stated = subject.relative_errors(model)
+        notes += tuple(note_large_shifts(data.simulation, answer.kept, problem, told, stated))
         answer = replace(answer, warnings=(*notes, *answer.warnings))
         is_final = answer.verdict != "adequate" or whole is not None
         if not is_final:

@@ -81,7 +81,7 @@ def summarise(
         "readings_disagreed": _marked(signals["estimate_status"], EstimateStatus.DISAGREES),
         **({"levels": levels} if levels else {}),
         **({"step_response": steps} if (steps := _steps(scenario, signals, factor, unit)) else {}),
-        "checked": all(check["met"] is not None for check in checks),
+        "checked": bool(checks) and all(check["met"] is not None for check in checks),
         "checks": checks,
         "paper": scenario.paper.model_dump(exclude_none=True),
         "faults": faults,

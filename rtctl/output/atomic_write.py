@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from rtctl.output.own_files import refuse_foreign
+from rtctl.output.own_files import refuse_foreign, refuse_special
 
 
 @contextmanager
@@ -27,8 +27,9 @@ def replacing(path: Path, command: str = "") -> Iterator[Path]:
         command: Which command writes it: only what that wrote before is replaced. "": the caller knows what is there.
 
     Raises:
-        InputError: `command` did not write the file that is there.
+        InputError: `command` did not write the file that is there, or it is a device or a pipe.
     """
+    refuse_special(path)
     if command:
         refuse_foreign(path, command)
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -37,7 +37,8 @@ def refuse_foreign(path: Path, command: str) -> None:
     """Raise InputError where a file or folder is at `path` that `command` did not write; an empty file is nothing."""
     if path.is_dir():
         raise InputError(f"{path}: is a folder, and is not written over; choose another --out")
-    if not path.is_file():  # nothing, a link to nothing, or a device or pipe, which keeps nothing
+    refuse_special(path)
+    if not path.is_file():  # nothing, or a link to nothing
         return
     try:
         is_own = path.stat().st_size == 0 or is_written_by(path, command)
@@ -47,6 +48,14 @@ def refuse_foreign(path: Path, command: str) -> None:
         raise InputError(
             f"{path}: is there already, and no output of rtctl {command}: it is not written over; choose "
             "another --out, or move that file away"
+        )
+
+
+def refuse_special(path: Path) -> None:
+    """Raise InputError where a device, a pipe or a socket is at `path`: a rename would put a file in its place."""
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        raise InputError(
+            f"{path}: is a device, a pipe or a socket, and no file is written there; choose another --out"
         )
 
 

@@ -40,6 +40,21 @@ def test_a_closed_or_full_stream_is_no_traceback(tmp_path: Path, command: str, s
     assert said in done.stderr
 
 
+def test_what_the_encoding_of_the_output_lacks_is_a_question_mark(tmp_path: Path) -> None:
+    done = shell("PYTHONIOENCODING=latin-1 rtctl list; PYTHONIOENCODING=ascii rtctl list", tmp_path)
+    assert (done.returncode, done.stderr) == (0, b"")
+
+
+def test_a_pipe_or_a_device_is_not_replaced_by_a_file(tmp_path: Path) -> None:
+    """As the superuser `--out /dev/full` had put a picture in the place of the device."""
+    (tmp_path / "r.csv").write_text(TABLE)
+    os.mkfifo(tmp_path / "pipe")
+    done = shell("rtctl init r.csv --yes --no-plot && rtctl preview dataset.toml --out pipe", tmp_path)
+    assert done.returncode == 2
+    assert b"is a device, a pipe or a socket" in done.stderr
+    assert (tmp_path / "pipe").is_fifo()
+
+
 def test_a_command_whose_output_is_closed_does_its_work(tmp_path: Path) -> None:
     (tmp_path / "r.csv").write_text(TABLE)
     assert shell("rtctl init r.csv --yes --no-plot >&- 2>&-", tmp_path).returncode == 0

@@ -48,7 +48,7 @@ def test_a_change_is_judged_told_and_marked(
     told = []
     for change, code in (
         ("setpoint=400 um", 2), ("setpoint=20 um", 0), ("controller.kp=0.5", 2), ("controller.ki=0.2", 0),
-        ("setpoint=plan", 0),
+        ("setpoint=plan", 0), ("controller.ki=-8", 2),
     ):  # fmt: skip
         assert main(["set", str(changed.folder), change]) == code
         told.append(capsys.readouterr().err)
@@ -61,6 +61,7 @@ def test_a_change_is_judged_told_and_marked(
     assert "the loop would be unstable" in told[2]
     assert "-> 0.2 mA/(um*s) from the next step on; gain margin" in told[3]
     assert told[4].startswith("setpoint: 20 um -> the plan")
+    assert "controller.ki = -8: is of the other sign than the 0.2" in told[5]
     assert (taken["before"], taken["value"], taken["unit"]) == (0.2, 0.1, "mA/(um*s)")
     texts = [text.get_text() for text in run.plot().subfigs[0].axes[0].texts]
     assert texts == [

@@ -37,6 +37,9 @@ class VerificationThresholds:
     residual is predictable and so is motion."""
     unfollowed: float = 0.99
     """The same for a residual of any kind."""
+    unfollowed_part: float = 0.15
+    """The same with causes that are only a part of the explanation, above which none is named: of devices that are what
+    their model is, such causes left 6 % of the motion at most (15 of them), of other plants 21 % and more."""
     predictable_share: float = 0.5
     """Fraction of the residual's mean square that earlier samples predict, above which the residual is motion."""
 

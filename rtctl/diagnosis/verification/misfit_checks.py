@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from rtctl.diagnosis.nominal_fit.misfit.relative_misfit import relative_misfit
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 from rtctl.diagnosis.search.holdout_error import Gain
+from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.thresholds import VerificationThresholds
+from rtctl.diagnosis.verification.holdout_gain import added_mechanisms
 from rtctl.diagnosis.verification.holdout_residual import explain_holdout_residual
 from rtctl.diagnosis.verification.verdict import Verdict
 from rtctl.identification.fit_record import FitRecord
@@ -25,6 +29,39 @@ EXPLAINS_LITTLE = (
     "but causes that leave nearly all of the signal explain nothing: does the drive in the file reach the device, are "
     "its column, units and signs right?"
 )
+
+PART_FOLLOWS_LITTLE = (
+    "{} would remove most of the error, but the model still leaves {:.0%} of the motion (RMS) with it. A model follows "
+    "a device of another kind that little, and what comes nearest in it is no cause: nothing is named"
+)
+
+
+def require_part_follows(
+    verdict: Verdict, search: SearchResult, problem: Problem, error: Gain | None, tests: Sequence[FitRecord]
+) -> Verdict:
+    """Withdraw causes that are a part of the explanation where the model leaves much of the motion even with them.
+
+    What is left counts as motion where earlier samples predict it; else it is noise.
+
+    Args:
+        verdict: What is claimed so far.
+        search: What was found.
+        problem: Records, or parts of them, that the chosen set was fitted to.
+        error: Free-run errors on the test records; None without test records.
+        tests: Test records.
+    """
+    limits = problem.thresholds.verification
+    if verdict.claim != "partly_explained" or not _leaves_motion(search.chosen, limits):
+        return verdict
+    remaining = relative_misfit(problem, search.chosen.hypothesis)
+    if error is not None:
+        readings = [one.measured[error.output][one.first :] for one in tests if error.output in one.measured]
+        size = float(np.std(np.concatenate(readings)))
+        remaining = max(remaining, error.after / size if size > 0.0 else 0.0)
+    if not remaining > limits.unfollowed_part:
+        return verdict
+    names = " and ".join(added_mechanisms(search))
+    return verdict.changed_to("unexplained", PART_FOLLOWS_LITTLE.format(names, remaining))
 
 
 def require_model_follows(verdict: Verdict, after: TestedHypothesis, problem: Problem) -> Verdict:

@@ -9,7 +9,11 @@ from rtctl.diagnosis.search.holdout_error import Gain
 from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.search.request import SearchRequest
 from rtctl.diagnosis.verification.holdout_gain import judge_search, require_holdout_gain
-from rtctl.diagnosis.verification.misfit_checks import require_holdout_residual, require_model_follows
+from rtctl.diagnosis.verification.misfit_checks import (
+    require_holdout_residual,
+    require_model_follows,
+    require_part_follows,
+)
 from rtctl.diagnosis.verification.nonparametric_comparison import compare_nonparametric
 from rtctl.diagnosis.verification.verdict import Verdict
 from rtctl.diagnosis.verification.whole_record_fits import Fits, HoldoutData
@@ -50,6 +54,9 @@ def verify(
     whitened = [holdout.whitened_gain_of(fits, name) for name in measured] if asked else []
     verdict = require_holdout_gain(verdict, search, problem, gains, whitened)
     verdict = compare_nonparametric(verdict, search, problem, request.budget, request.report)
+    verdict = require_part_follows(
+        verdict, search, problem, holdout.gain_of(fits, problem.subject.output), holdout.tests
+    )
     verdict = require_model_follows(verdict, fits.after if verdict.names_causes else fits.before, problem)
     if not verdict.names_causes:
         fits = Fits(fits.before, fits.before)

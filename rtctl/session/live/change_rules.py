@@ -24,6 +24,8 @@ from rtctl.session.live.successors import Successors
 from rtctl.wiring import build_control
 
 CONTROLLER = "controller."
+GAINS = ("kp", "ki", "kd")
+"""Parameters of a controller whose sign makes its feedback negative."""
 TOLERANCE = 1e-3
 """Relative: the tuning meets its margins to this."""
 
@@ -43,6 +45,7 @@ class ChangeRules:
         self._scenario, self._model, self._reach = scenario, model, reach
         self.current: dict[str, float] = dict(parameters_of(controller))
         """Parameters of the controller with the changes that were taken."""
+        self._built = dict(self.current)
 
     def judge(self, name: str, value: float) -> str:
         """Return what to say of a change, "" where nothing; take it as made.
@@ -53,6 +56,8 @@ class ChangeRules:
         if name == SETPOINT:
             self._judge_setpoint(value)
             return ""
+        if name in self.current:
+            self._judge_sign(name, value)
         said = self._judge_gains({**self.current, name: value}) if name in self.current else ""
         self.current[name] = value
         return said
@@ -76,6 +81,15 @@ class ChangeRules:
             raise InputError(
                 f"setpoint = {readable(value, unit)}: the model reaches {readable(low, unit)} to "
                 f"{readable(high, unit)}; give a set-point within it"
+            )
+
+    def _judge_sign(self, name: str, value: float) -> None:
+        """Raise InputError where a gain would act against the one in force: feedback that drives the error up."""
+        now = self.current[name] or self._built.get(name, 0.0)
+        if name.removeprefix(CONTROLLER) in GAINS and value * now < 0.0:
+            raise InputError(
+                f"{name} = {value:.4g}: is of the other sign than the {now:.4g} that the loop has or began with, and "
+                "would drive the error up instead of down; give a gain of that sign, or 0"
             )
 
     def _judge_gains(self, gains: Mapping[str, float]) -> str:
