@@ -87,3 +87,7 @@ def test_a_value_with_its_standard_error_has_the_digits_that_the_error_supports(
 def test_a_large_number_reads_alike_with_and_without_its_interval() -> None:
     assert significant(-2.000391e9, -2.000391e9 - 4e5, -2.000391e9 + 4e5)[0] == "-2.00039e+09"
     assert significant(12304.04, 12303.56, 12304.52) == ("12304.04", "12303.56", "12304.52")
+
+
+def test_what_is_infinite_is_without_bound() -> None:
+    assert readable(float("inf"), "cm") == "without bound"

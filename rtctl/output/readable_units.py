@@ -69,7 +69,9 @@ def readable_unit(size: float, unit: str) -> Scaled:
 
 
 def readable(value: float, unit: str, digits: int = 4) -> str:
-    """Return `value` [`unit`] as a person writes it: 4.2e-4 mm as "420 nm"."""
+    """Return `value` [`unit`] as a person writes it: 4.2e-4 mm as "420 nm", and what is infinite as "without bound"."""
+    if math.isinf(value):
+        return "without bound"
     return readable_unit(value, unit).text(value, digits)
 
 

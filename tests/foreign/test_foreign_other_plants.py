@@ -19,6 +19,17 @@ def test_a_plant_that_no_weak_form_starts_on_is_identified_as_far_as_an_oscillat
     assert rtctl.identify(generate(plant, 0, tmp_path)).trusted == (plant == "piezo_stack")
 
 
+def test_a_part_of_the_explanation_is_not_named_where_the_model_hardly_follows_the_motion(
+    tmp_path: Path,
+) -> None:
+    """A counter that shows a speed without its sign: a distorted drive removes much and leaves half of the motion."""
+    manifest, model = generate("belt_drives", 10, tmp_path / "data"), tmp_path / "model.toml"
+    rtctl.identify(manifest).model.save(model)
+    found = rtctl.diagnose(manifest, model, mechanisms="drive.harmonics").answer
+    assert (found.verdict, found.causes) == ("unexplained", ())
+    assert any("still leaves" in one and "of the motion" in one for one in found.warnings)
+
+
 def test_every_plant_moves_and_stays_finite(tmp_path: Path) -> None:
     for name in PLANTS:
         dataset = rtctl.read_dataset(generate(name, 7, tmp_path / name))

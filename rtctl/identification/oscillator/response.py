@@ -14,13 +14,14 @@ FIRST_ORDER = 10.0
 NO_RESONANCE = (
     "the fitted response hardly has a resonance (quality factor {quality:.2g}): is this an oscillator? Stages of "
     "the first order one after the other (tanks, heaters, filters) look like this, and no cause of the catalogue "
-    "describes such a plant"
+    "describes such a plant: write its equations down and diagnose those (docs/equations.md)"
 )
 NO_OSCILLATION = (
     "the fitted response does not oscillate: it is that of a plant of the first order with {slow:.3g} s{faster}. Is "
-    "this an oscillator? No cause of the catalogue describes what acts in tanks, heaters or filters. Hysteresis that "
-    "does not depend on the rate (a piezo, a magnetic core, dry friction) looks like such a lag too, as long as the "
-    "drive has one frequency: records at two frequencies, ten times apart, tell them apart"
+    "this an oscillator? No cause of the catalogue describes what acts in tanks, heaters or filters: write their "
+    "equations down and diagnose those (docs/equations.md). Hysteresis that does not depend on the rate (a piezo, a "
+    "magnetic core, dry friction) looks like such a lag too, as long as the drive has one frequency: records at two "
+    "frequencies, ten times apart, tell them apart"
 )
 FASTER = ", and another stage with {fast:.3g} s"
 

@@ -193,18 +193,28 @@ def counted(number: int, what: str) -> str:
 
 
 def tabulate_parameters(diagnosis: Diagnosis) -> str:
-    """Return a table of the model's parameters: in the file, re-fitted, and with the causes."""
+    """Return a table of the model's parameters: in the file, re-fitted, and with the causes.
+
+    A model that lacks something has values, but no intervals: its residual is no noise by which they could be stated.
+    """
     off = any(cause.kind == "parameter" for cause in diagnosis.causes)
     nominal = estimates_of(diagnosis.search.nominal if off else diagnosis.fits.before, "")
     extended = estimates_of(diagnosis.fits.after, "") if diagnosis.causes else {}
     given = {one.name: one for one in diagnosis.before.parameters}
+    lacks = not off and diagnosis.verdict != "adequate"
     rows = []
     for name, one in nominal.items():
         file = f"{given[name].value:.6g} {escape(printed_unit(plain_unit(given[name].unit)))}"
-        row = [escape(name), file, estimate_text("", one)]
+        refitted = one._replace(low=one.value, high=one.value) if lacks else one
+        row = [escape(name), file, estimate_text("", refitted)]
         rows.append([*row, estimate_text("", extended[name])] if name in extended else row)
-    last = ["with one value mended, 95 %" if off else "with the causes, 95 %"] if extended else []
-    headers = ["parameter", "model file", "re-fitted, 95 %", *last]
+    doubt = " if nothing else is missing" if diagnosis.verdict == "partly_explained" else ""
+    last = (
+        [f"with one value mended, 95 %{doubt}" if off else f"with the causes, 95 %{doubt}"]
+        if extended
+        else []
+    )
+    headers = ["parameter", "model file", "re-fitted" if lacks else "re-fitted, 95 %", *last]
     return table(headers, rows)
 
 

@@ -22,7 +22,7 @@ from rtctl.diagnosis.residual.noise_floor import residual_over_noise
 from rtctl.diagnosis.result import EXTENDED_MODEL, Cause, Diagnosis, share_text
 from rtctl.models.derived.quantity import Derived
 from rtctl.output.html_page import table, tile
-from rtctl.output.readable_units import printed_unit, readable_unit
+from rtctl.output.readable_units import printed_unit, readable, readable_unit
 
 UNSTATED = (
     "A probability compares the causes of the catalogue with one another. Where something else is left too, the "
@@ -188,6 +188,8 @@ def _loop_tiles(diagnosis: Diagnosis) -> list[str]:
 def _size(value: float, unit: str) -> str:
     if unit.startswith("ln("):  # a difference of logarithms is a relative error
         return f"{100.0 * value:.3g} %"
+    if math.isinf(value):
+        return readable(value, unit)
     scaled = readable_unit(value, unit)
     return f"{scaled.of(value):.3g} {escape(printed_unit(scaled.unit))}"
 
