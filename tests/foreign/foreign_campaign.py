@@ -114,12 +114,17 @@ def _set_of(cause: dict[str, Any]) -> set[str]:
     return {cause["id"], *(others if len(others) <= NAMES_ALLOWED else [])}
 
 
-def to_be_judged(diagnosis: dict[str, Any], also_true: list[str]) -> dict[str, Any]:
-    """The diagnosis without causes that are true of the bench beside any effect, and with one name for one thing."""
+def to_be_judged(
+    diagnosis: dict[str, Any], also_true: list[str], hidden: tuple[str | None, ...] = ()
+) -> dict[str, Any]:
+    """The diagnosis without causes that are true of the bench beside any effect, and with one name for one thing.
+
+    A cause that the data do not tell from a hidden effect stays: late readings are a late drive by construction.
+    """
     causes = []
     for cause in diagnosis["causes"]:
         others = [SAME.get(name, name) for name in cause.get("indistinguishable_from", [])]
-        if cause["id"] not in also_true:
+        if cause["id"] not in also_true or set(others) & set(hidden):
             name = SAME.get(cause["id"], cause["id"])
             causes.append({**cause, "id": name, "indistinguishable_from": others})
     only_these = bool(diagnosis["causes"]) and not causes
@@ -166,8 +171,11 @@ def run_case(style: str, seed: int, folder: Path, kind: str = "vo2", effects: st
             break
     truth = json.loads((folder / spec.truth).read_text(encoding="utf-8")) if code == 0 else {}
     diagnosis = json.loads(answer.read_text(encoding="utf-8")) if answer.exists() else None
-    judged = to_be_judged(diagnosis, truth.get("also_true", [])) if diagnosis else {"causes": []}
-    causes, effect, second = judged["causes"], truth.get("effect", "?"), truth.get("second")
+    judged: dict[str, Any] = {"causes": []}
+    effect, second = truth.get("effect", "?"), truth.get("second")
+    if diagnosis:
+        judged = to_be_judged(diagnosis, truth.get("also_true", []), (effect, second))
+    causes = judged["causes"]
     return Case(
         style=style,
         seed=seed,

@@ -30,3 +30,19 @@ def test_a_foreign_case_is_right(style: str, seed: int, effect: str | None, tmp_
     case = foreign_campaign.run_case(style, seed, tmp_path)
     assert case.effect == effect
     assert case.outcome == "right", case
+
+
+def test_late_readings_of_the_bench_that_are_not_told_from_a_hidden_delay_are_that_delay() -> None:
+    late = {"id": "timing.skew", "indistinguishable_from": ["drive.delay"]}
+    told = {"verdict": "explained", "causes": [late]}
+    assert foreign_campaign.to_be_judged(told, ["timing.skew"])["causes"] == []
+    judged = foreign_campaign.to_be_judged(told, ["timing.skew"], ("drive.delay", None))
+    assert foreign_campaign.judge("drive.delay", judged, None) == "right"
+    assert (
+        foreign_campaign.judge(
+            "friction.coulomb",
+            foreign_campaign.to_be_judged(told, ["timing.skew"], ("friction.coulomb", None)),
+            None,
+        )
+        == "missed"
+    )

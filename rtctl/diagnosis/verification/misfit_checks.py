@@ -31,7 +31,7 @@ EXPLAINS_LITTLE = (
 )
 
 PART_FOLLOWS_LITTLE = (
-    "{} would remove most of the error, but the model still leaves {:.0%} of the motion (RMS) with it. A model follows "
+    "{} would remove most of the error, but with {} the model still leaves {:.0%} of the motion (RMS). A model follows "
     "a device of another kind that little, and what comes nearest in it is no cause: nothing is named"
 )
 
@@ -60,8 +60,10 @@ def require_part_follows(
         remaining = max(remaining, error.after / size if size > 0.0 else 0.0)
     if not remaining > limits.unfollowed_part:
         return verdict
-    names = " and ".join(added_mechanisms(search))
-    return verdict.changed_to("unexplained", PART_FOLLOWS_LITTLE.format(names, remaining))
+    added = added_mechanisms(search)
+    them = "it" if len(added) == 1 else "them"
+    note = PART_FOLLOWS_LITTLE.format(" and ".join(added), them, remaining)
+    return verdict.changed_to("unexplained", note)
 
 
 def require_model_follows(verdict: Verdict, after: TestedHypothesis, problem: Problem) -> Verdict:
