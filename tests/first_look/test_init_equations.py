@@ -30,6 +30,20 @@ loss = { value = 1.5, unit = "W/K", low = 0 }
 C = { value = 40.0, unit = "J/K", low = 0.1 }
 room = { value = 296.15, unit = "K", fixed = true }
 """
+TANKS = """[model]
+kind = "equations"
+[model.inputs]
+q = { unit = "L/min" }
+[model.states]
+h1 = { unit = "cm", rate = "(q - k*h1)/S" }
+h2 = { unit = "cm", rate = "k*(h1 - h2)/S" }
+[model.outputs]
+y1 = { unit = "cm", value = "h1" }
+y2 = { unit = "cm", value = "h2" }
+[model.parameters]
+k = { value = 1.0, unit = "cm^2/s" }
+S = { value = 154.0, unit = "cm^2", fixed = true }
+"""
 HEAD = "t_s,U_heater_V,T_plate_degC\n"
 
 
@@ -189,3 +203,18 @@ def test_equations_with_an_error_stop_init_with_the_message_of_identify(
     assert not (tmp_path / "dataset.toml").exists()
     with pytest.raises(InputError, match=words.split("?")[0][:20]):  # as Python says it
         rtctl.init(path, model=model, plot=False)
+
+
+def test_an_example_has_no_column_twice_and_works(tmp_path: Path) -> None:
+    """Two levels in cm, two outputs in cm: the example had the first column for both, and was refused."""
+    time = np.arange(200.0)
+    path = write_text(
+        tmp_path / "tanks.csv", "t [s],q [L/min],upper [cm],lower [cm]\n",
+        time, 2.0 + np.sin(time / 9.0), 5.0 + np.sin(time / 11.0), 3.0 + np.sin(time / 17.0),
+    )  # fmt: skip
+    (tmp_path / "two.toml").write_text(TANKS, encoding="utf-8")
+    with pytest.raises(InputError, match="for example") as refused:
+        rtctl.init(path, model=tmp_path / "two.toml", plot=False)
+    words = shlex.split(str(refused.value).rpartition("for example: ")[2])
+    named = [words[k + 1].partition("=")[2] for k, word in enumerate(words) if word == "--output"]
+    assert named == ["upper [cm]", "lower [cm]"]

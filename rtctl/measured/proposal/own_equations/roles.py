@@ -39,9 +39,8 @@ def assign_named_roles(
                     roles.chosen[name] = Choice(found[0].name, why)
     for name, kind in missing.items():
         if name not in roles.chosen:
-            roles.opens.append(
-                _question(name, kind, [one for one in candidates.values() if roles.is_free(one.name)])
-            )
+            free = [one for one in candidates.values() if roles.is_free(one.name)]
+            roles.opens.append(_question(name, kind, free, roles.suggested))
     return roles
 
 
@@ -72,14 +71,17 @@ def _only_one(candidate: Candidate, missing: Mapping[str, SignalKind], roles: Ro
     return sum(name not in roles.chosen and _may_be(candidate, kind) for name, kind in missing.items()) == 1
 
 
-def _question(name: str, kind: SignalKind, free: Sequence[Candidate]) -> Open:
+def _question(name: str, kind: SignalKind, free: Sequence[Candidate], suggested: list[str]) -> Open:
+    """Ask for the column of a signal; the example has one that no question before has `suggested`, and adds it."""
     fitting = [one for one in free if _may_be(one, kind)] or list(free)
     names = ", ".join(f'"{one.name}"' for one in fitting) or "no column is left"
     option = f"--{kind.role} {name}=COLUMN[:UNIT]"
     example = ""
     if fitting:
-        unit = "" if fitting[0].unit.text else ":UNIT"
-        example = f"--{kind.role} {shlex.quote(f'{name}={fitting[0].name}{unit}')}"
+        one = next((one for one in fitting if one.name not in suggested), fitting[0])
+        suggested.append(one.name)
+        unit = "" if one.unit.text else ":UNIT"
+        example = f"--{kind.role} {shlex.quote(f'{name}={one.name}{unit}')}"
     text = f'which column is the {kind.role} "{name}" [{kind.like}] of the model does not show: {names}'
     return Open(name, text, option, example)
 
