@@ -13,6 +13,7 @@ from rtctl.diagnosis.experiment_design.next_experiment import NextExperiment
 from rtctl.diagnosis.problem.estimate import Estimate
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subject import Rehearsal
+from rtctl.diagnosis.residual.bursts import IN_BURSTS
 from rtctl.diagnosis.residual.localization import Location
 from rtctl.diagnosis.residual.missing_force import MissingForce
 from rtctl.diagnosis.residual.noise_floor import residual_over_noise
@@ -155,6 +156,11 @@ class Diagnosis:
     """Whether the user stopped it."""
     cut_by_clock: bool = False
     """Whether the wall-clock guard ended the search: then the answer depends on the machine."""
+
+    @property
+    def comes_in_bursts(self) -> bool:
+        """Whether what is left is rare and large, which a noise, an average over whole records, does not say."""
+        return any(IN_BURSTS in one for one in self.warnings)
 
     @property
     def undecided(self) -> bool:

@@ -32,6 +32,10 @@ VERDICTS = {
     "partly_explained": "Partly explained: the causes below remove most of it, and something else is left.",
     "unexplained": "Unexplained: something is wrong, and nothing in the catalogue explains it.",
 }
+ADEQUATE_BUT_BURSTS = (
+    "Nothing in the model is wrong that these records show, but what is left comes in bursts (below): what lies beside "
+    "them is {rest}."
+)
 UNDECIDED = (
     "Undecided: something is wrong, and the search ended before it was through; nothing explains it so far."
 )
@@ -67,7 +71,10 @@ def _print_verdict(found: Diagnosis) -> None:
     """Print the verdict, what the nominal model has beyond a linear one, and its main figures."""
     if found.correction:
         print(f"{state_correction(found)} {CORRECT_FIRST}")
-    print(UNDECIDED if found.undecided else VERDICTS[found.verdict].format(rest=found.problem.rest))
+    verdict = UNDECIDED if found.undecided else VERDICTS[found.verdict]
+    if found.verdict == "adequate" and found.comes_in_bursts:
+        verdict = ADEQUATE_BUT_BURSTS
+    print(verdict.format(rest=found.problem.rest))
     if found.kind_doubt:
         print(f"  {found.kind_doubt}")
     if found.verdict == "adequate" and (beyond := name_beyond_linear(found)):

@@ -11,8 +11,10 @@ from rtctl.border.arrays import FloatArray
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 
+IN_BURSTS = "comes in bursts"
 BURSTS = (
-    "what is left of the {} comes in bursts (excess kurtosis {:.2g}, of a normal noise 0), the largest in record {} at "
+    f"what is left of the {{}} {IN_BURSTS} "
+    "(excess kurtosis {:.2g}, of a normal noise 0), the largest in record {} at "
     "{:.4g} s: a noise is an average that hides them. Something rare may act there; look at that place"
 )
 

@@ -53,6 +53,42 @@ def note_clipping(
     ]
 
 
+def note_standing_readings(
+    records: Sequence[Record], output: str, unit: str, thresholds: ScreeningThresholds
+) -> list[str]:
+    """Note readings that stand at one value amid a motion whose readings hardly ever do: a sensor that fell out.
+
+    A mass that sticks comes to rest and leaves it slowly; here a step at an end of the run is as large as those of the
+    motion. What stands at an end of a record may be a device at rest, and at the largest value a sensor that clips.
+    """
+    notes = []
+    for record in records:
+        values = record.signals[output]
+        steps = np.abs(np.diff(values))
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], steps == 0.0, [False]]).astype(np.int8)))
+        for first, end in zip(
+            edges[::2].tolist(), edges[1::2].tolist(), strict=True
+        ):  # rows first to end are alike
+            rows = end - first + 1
+            elsewhere = int(np.count_nonzero(steps == 0.0)) - (end - first)
+            if (
+                rows < thresholds.min_standing_readings
+                or elsewhere > thresholds.standing_elsewhere * len(steps)
+                or first == 0
+                or end == len(steps)
+                or values[first] in (values.max(), values.min())
+            ):
+                continue
+            jump = max(float(steps[first - 1]), float(steps[end]))
+            if jump > thresholds.standing_jump_ratio * float(np.median(steps)):
+                notes.append(
+                    f"record {record.name}: the {output} reads {values[first]:.5g} {unit} in {rows} rows after each "
+                    f"other, from {first * record.period_s:.5g} s on, amid a motion: did the sensor fall out? Leave "
+                    "these rows out (rows = ... in the manifest), since a diagnosis takes them for noise"
+                )
+    return notes
+
+
 def note_constant_drive(records: Sequence[Record], drive: str) -> list[str]:
     """Note that the drive never changes in any record to fit."""
     if not all(np.ptp(record.signals[drive]) == 0.0 for record in records):

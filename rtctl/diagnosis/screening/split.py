@@ -6,7 +6,12 @@ from collections.abc import Sequence
 
 from rtctl.border.errors import InputError
 from rtctl.diagnosis.problem.subject import Subject
-from rtctl.diagnosis.screening.excitation_checks import note_clipping, note_constant_drive, note_single_tone
+from rtctl.diagnosis.screening.excitation_checks import (
+    note_clipping,
+    note_constant_drive,
+    note_single_tone,
+    note_standing_readings,
+)
 from rtctl.diagnosis.screening.record_checks import (
     drop_constant_records,
     drop_short_records,
@@ -60,6 +65,7 @@ def split_records(
         said.append(ONE_RECORD)
     for name in subject.clippable_outputs:
         said += note_clipping((*fit, *tests), name, dataset.units[name], thresholds)
+        said += note_standing_readings((*fit, *tests), name, dataset.units[name], thresholds)
     if not subject.is_steady:
         said += note_constant_drive(fit, subject.drive)
         said += note_single_tone(fit, subject.drive, thresholds)

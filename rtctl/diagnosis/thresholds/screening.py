@@ -28,6 +28,12 @@ class ScreeningThresholds:
     """Readings at the extreme value over those at any of the three levels beside it; a quantised sine reaches 2.4."""
     min_clipped_readings: int = 10
     """Smallest number of readings at the extreme value that is called clipping."""
+    min_standing_readings: int = 8
+    """Smallest number of readings of one value after each other that may be a sensor that fell out."""
+    standing_elsewhere: float = 1e-3
+    """Share of equal neighbours elsewhere in a record above which its resolution makes them."""
+    standing_jump_ratio: float = 2.0
+    """Step at an end of the run over the record's median step above which the motion did not come to rest there."""
     min_levels: int = 8
     """Number of distinct readings that must be exceeded: a record of few levels always piles up."""
 

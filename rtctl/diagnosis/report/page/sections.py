@@ -50,7 +50,9 @@ def _limits(diagnosis: Diagnosis) -> ReportThresholds:
 def describe_place(diagnosis: Diagnosis) -> str:
     """Return the coordinates along which the error lives, in words."""
     if not diagnosis.where:
-        return f"<p>With nothing: what is left is {escape(diagnosis.problem.rest)}.</p>"
+        rest = f"nothing: what is left is {escape(diagnosis.problem.rest)}"
+        none = "none of the coordinates that are looked at, by itself"
+        return f"<p>With {rest if diagnosis.verdict == 'adequate' else none}.</p>"
     first, *others = (
         f"{escape(words_of_coordinate(one.coordinate))} ({one.share:.0%})" for one in diagnosis.where
     )

@@ -59,6 +59,11 @@ def describe_verdict(diagnosis: Diagnosis) -> str:
         "partly_explained": f"Partly explained by {names}; something else is left.",
         "unexplained": f"Something is wrong that nothing in the catalogue explains{place}.",
     }
+    if diagnosis.comes_in_bursts:
+        texts["adequate"] = (
+            "Nothing in the model is wrong that these records show, but what is left comes in bursts: what lies beside "
+            f"them is {rest}. {beyond}"
+        ).rstrip()
     if diagnosis.undecided:
         texts["unexplained"] = (
             f"Undecided: something is wrong{place}, and the search ended before it was through; nothing explains it "
