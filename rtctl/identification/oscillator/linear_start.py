@@ -30,8 +30,6 @@ MOST_SAMPLES = 20_000
 MOST_RECORDS = 6
 FASTEST = 3.0
 """Fastest pole over the sample rate [1/s]: one that is faster changes no sample by more than a twentieth."""
-
-
 HIGHEST_RESONANCE = 2.0
 """Highest angular frequency of a resonance over the sample rate [1/s], three samples a period: one above it fits
 whatever follows its drive at once, as nothing excites it."""
