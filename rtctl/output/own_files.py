@@ -37,8 +37,7 @@ def refuse_foreign(path: Path, command: str) -> None:
     """Raise InputError where a file or folder is at `path` that `command` did not write; an empty file is nothing."""
     if path.is_dir():
         raise InputError(f"{path}: is a folder, and is not written over; choose another --out")
-    refuse_special(path)
-    if not path.is_file():  # nothing, or a link to nothing
+    if not path.is_file():  # nothing, a link to nothing, or a device or pipe: written to, it keeps nothing
         return
     try:
         is_own = path.stat().st_size == 0 or is_written_by(path, command)
@@ -52,7 +51,10 @@ def refuse_foreign(path: Path, command: str) -> None:
 
 
 def refuse_special(path: Path) -> None:
-    """Raise InputError where a device, a pipe or a socket is at `path`: a rename would put a file in its place."""
+    """Raise InputError where a device, a pipe or a socket is at `path`: a rename would put a file in its place.
+
+    What is written to as it is, such as a stream, may go to one.
+    """
     if path.exists() and not (path.is_file() or path.is_dir()):
         raise InputError(
             f"{path}: is a device, a pipe or a socket, and no file is written there; choose another --out"
