@@ -113,15 +113,19 @@ def diagnose(
         if not subject.is_steady:
             notes += tuple(note_few_periods(fit, problem.scales.rate, options.thresholds.screening))
         answer = explain_by_changed_signals(answer, request, data.simulation, holdout)
-        told = [cause.id for cause in answer.causes]
         notes += (*first.notes, *filter(None, [found.course]), *found.notes)
-        stated = subject.relative_errors(model)
-        notes += tuple(note_large_shifts(data.simulation, answer.kept, problem, told, stated))
+        notes += _note_shifts(data.simulation, answer, problem, model)
         answer = replace(answer, warnings=(*notes, *answer.warnings))
         is_final = answer.verdict != "adequate" or whole is not None
         if not is_final:
             answer = explain_by_file_value(answer, request, data.simulation, holdout)
         return explain_by_steps(answer, request._replace(ids=ids, tests=whole_tests), given)
+
+
+def _note_shifts(given: Simulation, answer: Diagnosis, problem: Problem, model: Any) -> tuple[str, ...]:
+    """Return what is said of values of the file that the fit of the answer changed by far."""
+    told, stated = [cause.id for cause in answer.causes], problem.subject.relative_errors(model)
+    return tuple(note_large_shifts(given, answer.kept, problem, told, stated))
 
 
 def _cut_tests(

@@ -36,12 +36,17 @@ def judge_residual(share: float, residuals: Sequence[FloatArray] = ()) -> str:
     series = [one for one in residuals if len(one) >= LEAST_SAMPLES and np.any(one)]
     if not series:
         return f"{size}{usual}"
-    if _quick_share(series) >= QUICK:
+    if looks_like_noise(series):
         return f"{size}{usual}: it looks like noise of the reading; rtctl diagnose sees also what is smaller than that"
     return (
         f"{size}{usual}: it is smoother than noise, so the model lacks something or a value is off; "
         "rtctl diagnose looks for it"
     )
+
+
+def looks_like_noise(series: Sequence[FloatArray]) -> bool:
+    """Return whether neighbouring samples of residuals (n,) have little in common."""
+    return _quick_share(series) >= QUICK
 
 
 def _quick_share(series: Sequence[FloatArray]) -> float:

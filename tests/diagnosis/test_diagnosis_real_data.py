@@ -36,13 +36,15 @@ def diagnosed(
 @pytest.mark.slow
 @pytest.mark.skipif(not (DATA / "silverbox").is_dir(), reason="../shared/data/silverbox is not there")
 def test_the_silverbox_is_cubic_first_then_an_offset_and_what_is_left_is_small() -> None:
-    """Of a third cause it depends on the work which one takes up a part of the rest, so none is named."""
+    # the work at which this was set; twice of it ends with a third cause that leaves 0.347 mV
     found = diagnosed("silverbox", (*FORCES[:3], *OFFSETS), DiagnosisOptions(work=2400e6))
     assert found.verdict == "partly_explained"  # no real device passes the gate of 65,000 samples
-    assert [cause.id for cause in found.causes] == ["stiffness.cubic", "drive.offset"]
-    assert any("may only take up a part of what is missing" in warning for warning in found.warnings)
+    assert found.causes[0].id == "stiffness.cubic"
+    assert {cause.id for cause in found.causes} & set(OFFSETS)
+    # about a middle that the sensor is off by, a cubic spring has a quadratic part; a quadratic damping leaves less
+    assert found.causes[-1].id in ("stiffness.quadratic", "sensor.offset", "damping.quadratic")
     assert found.gain is not None
-    assert found.gain.after < 0.41e-3  # V, over all three test parts
+    assert found.gain.after < 0.34e-3  # V, over all three test parts
 
 
 @pytest.mark.slow
@@ -75,7 +77,7 @@ def test_the_positioning_drive_has_dry_friction_that_depends_on_the_direction(
     assert "depends on the direction" in found.causes[0].statement
     assert any("never forgets its initial state" in warning for warning in found.warnings)
     assert found.gain is not None
-    assert found.gain.after < found.gain.before / 8.0  # over the whole test record
+    assert found.gain.after < 5.2e-3  # m, over the whole test record
 
 
 @pytest.mark.slow

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 from scipy.signal import lsim
 
 import rtctl
@@ -14,6 +15,14 @@ from rtctl.border.simulation import Stimulus
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.oscillator.linear_start import fit_linear
 
+LEVITATED = """
+[model]
+kind = "oscillator"
+[model.parameters]
+damping = { value = 0.4, unit = "1/s" }
+stiffness = { value = -300.0, unit = "1/s^2", fixed = true }
+drive_gain = { value = 470.0, unit = "mm/(s^2*A)" }
+"""
 PERIOD_S = 2e-3
 SAMPLES = 1500
 
@@ -108,6 +117,38 @@ def test_a_pole_that_is_faster_than_the_samples_show_is_limited_and_told(tmp_pat
     assert values["damping"].value <= 20.0 / PERIOD_S
     assert values["damping"].value / values["stiffness"].value == pytest.approx(0.02, rel=0.05)
     assert any("beyond which these samples show nothing" in one for one in fit.warnings)
+
+
+def levitated(seed: int) -> tuple[FloatArray, FloatArray]:
+    """Current and place of a mass that a magnet pulls away from its middle and feedback holds; 2 um of noise."""
+    draw, samples = np.random.default_rng(seed), 10_000
+    system = np.array([[0.0, 1.0, 0.0], [300.0, -0.5, 500.0], [0.0, 0.0, 0.0]])
+    step, state = expm(system * PERIOD_S), np.zeros(2)
+    wanted = np.convolve(draw.standard_normal(samples + 40), np.ones(40) / 40.0, "valid")[:samples]
+    current, place = np.empty(samples), np.empty(samples)
+    for k in range(samples):
+        place[k] = state[0] + 2e-3 * draw.standard_normal()
+        current[k] = -1.6 * state[0] - 0.12 * state[1] + 1.2 * wanted[k]
+        state = step[:2, :2] @ state + step[:2, 2] * current[k]
+    return current, place
+
+
+def test_an_unstable_plant_that_feedback_holds_is_identified_and_trusted(tmp_path: Path) -> None:
+    """Its free runs run away from every start; its segments leave noise."""
+    records = []
+    for seed in (1, 2):
+        current, place = levitated(seed)
+        signals = {"drive": current, "displacement": place}
+        records.append(rtctl.Record(name=f"r{seed}", period_s=PERIOD_S, signals=signals))
+    units = {"drive": "A", "displacement": "mm"}
+    data = rtctl.write_dataset(
+        tmp_path, records, name="magnet", plant="oscillator", units=units, holds={"drive": "zero"}
+    )
+    (tmp_path / "start.toml").write_text(LEVITATED, encoding="utf-8")
+    fit = rtctl.identify(data, model=tmp_path / "start.toml")
+    assert fit.trusted
+    assert fit.parameters["drive_gain"].value == pytest.approx(500.0, rel=0.01)
+    assert fit.parameters["damping"].value == pytest.approx(0.5, abs=0.1)
 
 
 def test_a_model_that_runs_away_is_not_taken_for_chaos_and_not_trusted(tmp_path: Path) -> None:

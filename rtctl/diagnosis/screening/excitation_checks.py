@@ -65,27 +65,27 @@ def note_standing_readings(
     for record in records:
         values = record.signals[output]
         steps = np.abs(np.diff(values))
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], steps == 0.0, [False]]).astype(np.int8)))
-        for first, end in zip(
-            edges[::2].tolist(), edges[1::2].tolist(), strict=True
-        ):  # rows first to end are alike
-            rows = end - first + 1
-            elsewhere = int(np.count_nonzero(steps == 0.0)) - (end - first)
-            if (
-                rows < thresholds.min_standing_readings
-                or elsewhere > thresholds.standing_elsewhere * len(steps)
-                or first == 0
-                or end == len(steps)
-                or values[first] in (values.max(), values.min())
-            ):
-                continue
-            jump = max(float(steps[first - 1]), float(steps[end]))
-            if jump > thresholds.standing_jump_ratio * float(np.median(steps)):
-                notes.append(
-                    f"record {record.name}: the {output} reads {values[first]:.5g} {unit} in {rows} rows after each "
-                    f"other, from {first * record.period_s:.5g} s on, amid a motion: did the sensor fall out? Leave "
-                    "these rows out (rows = ... in the manifest), since a diagnosis takes them for noise"
-                )
+        alike = steps == 0.0
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], alike, [False]]).astype(np.int8)))
+        first, end = edges[::2], edges[1::2]  # rows first to end have one value
+        outer = np.concatenate([[0.0], steps, [0.0]])
+        jump = np.maximum(outer[first], outer[end + 1])
+        elsewhere = np.count_nonzero(alike) - (end - first)
+        amid = (
+            (first > 0) & (end < len(steps)) & (values[first] > values.min()) & (values[first] < values.max())
+        )
+        fell = (
+            amid
+            & (end - first + 1 >= thresholds.min_standing_readings)
+            & (elsewhere <= thresholds.standing_elsewhere * len(steps))
+            & (jump > thresholds.standing_jump_ratio * np.median(steps))
+        )
+        notes += [
+            f"record {record.name}: the {output} reads {values[k]:.5g} {unit} in {last - k + 1} rows after each other, "
+            f"from {k * record.period_s:.5g} s on, amid a motion: did the sensor fall out? Leave these rows out "
+            "(rows = ... in the manifest), since a diagnosis takes them for noise"
+            for k, last in zip(first[fell].tolist(), end[fell].tolist(), strict=True)
+        ]
     return notes
 
 

@@ -38,8 +38,8 @@ class VerificationThresholds:
     unfollowed: float = 0.99
     """The same for a residual of any kind."""
     unfollowed_part: float = 0.15
-    """The same with causes that are only a part of the explanation, above which none is named: of devices that are what
-    their model is, such causes left 6 % of the motion at most (15 of them), of other plants 21 % and more."""
+    """The same with causes that are only a part of the explanation, above which none is named. Such causes left 6 % of
+    the motion at most on oscillators (15 answers); of wrong ones on other plants 5 to 61 %, most above 15 %."""
     predictable_share: float = 0.5
     """Fraction of the residual's mean square that earlier samples predict, above which the residual is motion."""
 

@@ -54,9 +54,8 @@ def verify(
     whitened = [holdout.whitened_gain_of(fits, name) for name in measured] if asked else []
     verdict = require_holdout_gain(verdict, search, problem, gains, whitened)
     verdict = compare_nonparametric(verdict, search, problem, request.budget, request.report)
-    verdict = require_part_follows(
-        verdict, search, problem, holdout.gain_of(fits, problem.subject.output), holdout.tests
-    )
+    of_output = next((one for one in gains if one is not None and one.output == problem.subject.output), None)
+    verdict = require_part_follows(verdict, search, problem, of_output, holdout.tests)
     verdict = require_model_follows(verdict, fits.after if verdict.names_causes else fits.before, problem)
     if not verdict.names_causes:
         fits = Fits(fits.before, fits.before)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +24,7 @@ from rtctl.identification.oscillator.writing import (
     write_model,
 )
 from rtctl.identification.regression.weak_form import WeakFit
+from rtctl.identification.residual_words import GOOD, looks_like_noise
 from rtctl.identification.simulation_error.multiple_shooting import ShootingOptions, fit_multiple_shooting
 from rtctl.identification.simulation_error.output_error import (
     MultiStartOptions,
@@ -190,12 +192,13 @@ def _fit_by_suitable_method(
     starts, linear_share = found.values, found.linear_share
     parts = measure_divergence(simulation, records, starts[0])
     if parts.is_chaotic and linear_share > MAX_RESIDUAL_SHARE:
-        fit = fit_multiple_shooting(simulation, records, shooting, starts=starts, report=report)
         reason = (
             f"fitted in short segments, as no long free run of record {parts.record} can be predicted: a small "
             f"difference of the start grows by e every {1.0 / parts.rate:.2g} s"
         )
-        return fit, reason, _compute_free_share(fit, records, options)
+        with suppress(FitError):  # from bounded starts a free run may go
+            fit = fit_multiple_shooting(simulation, records, shooting, starts=starts, report=report)
+            return fit, reason, _compute_free_share(fit, records, options)
     free_run = fit_output_error(simulation, records, options.fit, starts=starts, report=report)
     left = _compute_residual_share(free_run, records)
     if left <= MAX_RESIDUAL_SHARE:
@@ -219,16 +222,25 @@ def _fit_by_suitable_method(
 def _compute_free_share(fit: Fit, records: tuple[FitRecord, ...], options: OscillatorFitOptions) -> float:
     """Return what free runs with the values of a fit by segments leave of the motion, each start fitted.
 
-    NaN where neighbouring trajectories diverge exponentially at these values: then a free run says nothing.
+    NaN where neighbouring trajectories diverge exponentially at these values: then a free run says nothing. Of a model
+    that runs away it says something unless the segments leave noise: then the plant is unstable, and feedback holds it.
     """
     values = np.array([one.value for one in fit.simulation.parameters])
-    if measure_divergence(fit.simulation, records, values).is_chaotic:
+    parts = measure_divergence(fit.simulation, records, values)
+    if parts.is_chaotic and not (parts.runs_away and _lacks_something(fit, records)):
         return float("nan")
     try:
         free = fit_output_error(fit.simulation, records, options.fit, starts=[values], free=())
     except FitError:
         return float("inf")
     return _compute_residual_share(free, records, without_mean=True)
+
+
+def _lacks_something(fit: Fit, records: tuple[FitRecord, ...]) -> bool:
+    """Return whether what a fit leaves is neither small nor like noise."""
+    output = next(iter(fit.rms))
+    left = [outputs[output] for outputs in fit.residuals.values()]
+    return _compute_residual_share(fit, records) > GOOD and not looks_like_noise(left)
 
 
 def _compute_residual_share(fit: Fit, records: tuple[FitRecord, ...], *, without_mean: bool = False) -> float:

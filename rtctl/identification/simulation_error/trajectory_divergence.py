@@ -31,6 +31,9 @@ class TrajectoryDivergence(NamedTuple):
     """Largest distance over the perturbation."""
     rate: float
     """Mean exponential rate [1/s] up to there, roughly the largest Lyapunov exponent."""
+    runs_away: bool = False
+    """Whether the run itself leaves the measured motion far behind: the model is unstable there, and so is the plant,
+    held by feedback, or the model is wrong."""
 
     @property
     def is_chaotic(self) -> bool:
@@ -56,11 +59,10 @@ def measure_divergence(
         except ValueError:
             continue
         lanes = run.outputs[simulation.outputs[0]]
-        if not np.abs(lanes[0]).max() < UNBOUNDED * scales.displacement:
-            continue  # an unstable model runs away from itself too, which says nothing of the motion
         distance = np.abs(np.nan_to_num(lanes[1] - lanes[0])) / (PERTURBATION * scales.displacement)
         at = int(distance.argmax())
         if distance[at] > worst.growth:
             rate = float(np.log(max(distance[at], 1.0))) / max(at * record.period_s, record.period_s)
-            worst = TrajectoryDivergence(record.name, float(distance[at]), rate)
+            away = not np.abs(lanes[0]).max() < UNBOUNDED * scales.displacement
+            worst = TrajectoryDivergence(record.name, float(distance[at]), rate, away)
     return worst
