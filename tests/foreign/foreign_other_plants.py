@@ -3,7 +3,7 @@
 python tests/foreign/foreign_other_plants.py --plant two_tanks --seed 3 --out DIR
 
 DIR/dataset.toml says `plant = "oscillator"`. Every right-hand side is of a text book or of a published benchmark, and
-all sizes are drawn: nothing here looks at the program that is asked.
+all sizes are drawn. Nothing here looks at the program that is asked, but its author knows it.
 """
 
 from __future__ import annotations
