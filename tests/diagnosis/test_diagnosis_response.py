@@ -10,7 +10,7 @@ from diagnosis_cases import device, noise_drive, write_case
 
 import rtctl
 from rtctl.cli.printing.diagnosis import print_diagnosis
-from rtctl.diagnosis.report.page.sections import tabulate_parameters
+from rtctl.diagnosis.report.page.sections import tabulate_derived, tabulate_parameters
 from rtctl.diagnosis.report.page.summary import describe_kind_doubt
 from rtctl.identification.oscillator.response import describe_response
 
@@ -66,5 +66,6 @@ def test_two_tanks_are_said_to_be_no_oscillator_below_the_verdict(
     assert "s this an oscillator?" in describe_kind_doubt(found)
     assert "docs/equations.md" in found.kind_doubt
     parameters = tabulate_parameters(found)  # of a model that lacks something: values without intervals
+    assert "may be off by more" in tabulate_derived(found)
     assert "re-fitted, 95 %" not in parameters
     assert "[" not in parameters.partition("with the causes")[0]

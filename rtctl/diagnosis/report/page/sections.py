@@ -161,10 +161,12 @@ def tabulate_derived(diagnosis: Diagnosis) -> str:
     if not rows:
         return ""
     whose = "the extended model" if diagnosis.causes else "the re-fitted model"
+    lacks = diagnosis.verdict in ("unexplained", "partly_explained")
+    off = " The model lacks something, so these values may be off by more." if lacks else ""
     return (
         f"<h3>In other terms, of {whose}</h3>"
         + table(["quantity", "value"], rows)
-        + '<p class="small dim">Intervals as if the parameters were independent of one another.</p>'
+        + f'<p class="small dim">Intervals as if the parameters were independent of one another.{off}</p>'
     )
 
 
