@@ -229,7 +229,7 @@ def stated_period(reading: Reading, entry: RecordTable) -> float:
         if rate is None and stated is not None:
             rate, other = 1.0 / stated.period_s, f'column "{column}"'
         elif rate is not None:
-            check_stated_period(stated, column, rate, other)
+            _remark_once(reading, check_stated_period(stated, column, rate, other))
     if rate is None:
         doubt = reading.cache.table(path).preamble.doubt
         raise ValueError(
@@ -237,6 +237,11 @@ def stated_period(reading: Reading, entry: RecordTable) -> float:
             "seconds>"
         )
     return 1.0 / rate
+
+
+def _remark_once(reading: Reading, remark: str) -> None:
+    if remark:
+        reading.findings.remark(remark)
 
 
 def _time_unit(reading: Reading, entry: RecordTable) -> TimeUnit:
@@ -335,7 +340,7 @@ def _on_time_base(
         axis = f'time column "{name}"{f" in {entry.time_unit}" if entry.time_unit else ""}'
         for column in reading.present(entry).values():
             stated = reading.cache.period_s(reading.folder / entry.file, column)
-            check_stated_period(stated, column, 1.0 / period_s, axis)
+            _remark_once(reading, check_stated_period(stated, column, 1.0 / period_s, axis))
         return period_s, signals
     grid = resampling_grid(time.time_s, name, first)
     tables = reading.manifest.signals

@@ -119,13 +119,16 @@ class TableCache:
 
     def period_s(self, path: Path, name: str) -> StatedPeriod | None:
         """Return the sample period [s] that the file states for a column, and where, if it does."""
-        header, preamble = self.header(path, name), self.table(path).preamble
+        table = self.table(path)
+        header, preamble = self.header(path, name), table.preamble
         if header.period_s is not None:
             return StatedPeriod(header.period_s, header.period_key)
         if preamble.period_s is not None:
             return StatedPeriod(
                 preamble.period_s, f"by {preamble.source}", preamble.rounding, is_of_device=True
             )
+        if (beside := table.periods.get(name)) is not None:
+            return StatedPeriod(beside.period_s, beside.key, is_of_device=True)
         return None
 
     def stated_unit(self, path: Path, name: str) -> str | None:

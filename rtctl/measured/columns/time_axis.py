@@ -85,8 +85,10 @@ def decimation(stated: StatedPeriod, sample_rate_hz: float) -> int:
 
 def check_stated_period(
     stated: StatedPeriod | None, name: str, sample_rate_hz: float, other: str = ""
-) -> None:
-    """Raise ValueError where a file states another period [s] for a column than the manifest or another column.
+) -> str:
+    """Return a remark where a file has one of several samples of the rate that it states; "": it has all.
+
+    Raises ValueError where a file states another period [s] for a column than the manifest or another column.
 
     Args:
         stated: The period of the column; None: the file states none.
@@ -94,9 +96,17 @@ def check_stated_period(
         sample_rate_hz: The other rate.
         other: What has the other rate, such as `time column "t"`; "": the manifest.
     """
-    if stated is None or stated.agrees(sample_rate_hz):
-        return
+    if stated is None:
+        return ""
     rate = in_hz(sample_rate_hz)
+    if stated.agrees(sample_rate_hz):
+        every = decimation(stated, sample_rate_hz)
+        if not every:
+            return ""
+        return (
+            f"the file states {in_hz(1.0 / stated.period_s)} Hz ({stated.source}), its rows are read at {rate} Hz: as "
+            f"one of every {every} samples"
+        )
     contrary = f"{other} goes on at {rate} Hz" if other else f"the manifest sample_rate_hz = {rate}"
     raise ValueError(
         f'the file states {in_hz(1.0 / stated.period_s)} Hz for column "{name}" ({stated.source}), {contrary} '

@@ -9,6 +9,7 @@ from rtctl.border.errors import InputError, nearest
 from rtctl.extras import require
 from rtctl.measured.readers.limits import limited
 from rtctl.measured.readers.table import Header, Table
+from rtctl.measured.readers.whole_file.beside import with_beside
 from rtctl.measured.readers.whole_file.matrices import with_matrix_columns
 from rtctl.measured.readers.whole_file.signatures import contradiction
 
@@ -80,4 +81,4 @@ def open_table(path: Path) -> Table:
         table = limited.read(module, path)
     else:
         table = importlib.import_module(module).read(path)
-    return with_matrix_columns(table, matlab=suffix == ".mat")
+    return with_beside(with_matrix_columns(table, matlab=suffix == ".mat"))

@@ -13,6 +13,7 @@ import pyarrow as pa
 from rtctl.measured.readers.table import (
     Column,
     Table,
+    arrow_beside,
     arrow_headers,
     arrow_readings,
     arrow_slice,
@@ -60,7 +61,13 @@ def read(path: Path) -> Table:
                 schema, name, arrow_slice(pieces, first - starts[begin], end - starts[begin])
             )
 
-    return Table(columns=arrow_headers(schema, rows), load=load, piecewise=is_file, texts=arrow_texts(schema))
+    return Table(
+        columns=arrow_headers(schema, rows),
+        load=load,
+        piecewise=is_file,
+        texts=arrow_texts(schema),
+        beside=arrow_beside(schema),
+    )
 
 
 def _opened(source: pa.NativeFile, field: int) -> pa.RecordBatchFileReader:

@@ -14,14 +14,17 @@ from rtctl.extras import missing_message
 from rtctl.measured.readers.groups import place_of
 from rtctl.measured.readers.mat_headers import describe_object
 from rtctl.measured.readers.stated.attributes import (
+    LONGEST_TEXT,
     Packing,
     packing_of,
+    readable_attributes,
     stated_unit,
     text_of,
     texts_of,
     unapplied,
     unpack,
 )
+from rtctl.measured.readers.stated.beside import MOST_NUMBERS, levels_of, plain
 from rtctl.measured.readers.stated.rate import stated_period
 from rtctl.measured.readers.table import Column, Header, Table, reading, vector_rows
 
@@ -29,6 +32,8 @@ _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _USER_BLOCKS = (0, 512, 1024, 2048)  # MATLAB puts its own header in front (HDF5 specification, II.A)
 _NO_NUMBERS = frozenset({"char", "cell", "struct", "function_handle"})
 """Classes of MATLAB variables that hold no numbers."""
+MOST_BESIDE = 256
+"""Datasets of a text or of few numbers that are looked at for what they state of others."""
 MOST_ITEMS = 64
 """Items of a MATLAB cell or array of structs whose arrays are columns."""
 _OBJECT_MARK = 0xDD000000
@@ -56,9 +61,15 @@ def read(path: Path, separator: str = "/") -> Table:
     matlab = separator == "."
 
     texts: dict[str, str] = {}
+    beside: dict[str, dict[str, Any]] = {}
+    few: dict[str, Any] = {}
 
     def visit(name: str, item: Any) -> None:
-        texts.update(texts_of(_attributes(item), name))
+        texts.update(texts_of(readable_attributes(item), name))
+        if isinstance(item, h5py.Group):
+            beside[name.replace("/", separator)] = _plain(readable_attributes(item))
+        elif len(few) < MOST_BESIDE and (value := _few(item)) is not None:
+            few[name.replace("/", separator)] = value
         if isinstance(item, h5py.Dataset) and not name.startswith(
             "#"
         ):  # MATLAB's cells and objects, by reference
@@ -73,7 +84,8 @@ def read(path: Path, separator: str = "/") -> Table:
         headers[column], packings[column] = _header(item, column, path.parent)
 
     with reading("an HDF5 file"), h5py.File(path, "r") as file:
-        texts.update(texts_of(_attributes(file)))
+        texts.update(texts_of(readable_attributes(file)))
+        beside[""] = _plain(readable_attributes(file))
         file.visititems(visit)
 
     def load(name: str, first: int, end: int) -> Column:
@@ -91,12 +103,34 @@ def read(path: Path, separator: str = "/") -> Table:
         return unpack(np.asarray(stored), packings[name])
 
     places = {name: place_of(name, separator) for name in headers}
-    return Table(columns=headers, load=load, places=places, texts=texts)
+    for group, level in levels_of(few, {name: place_of(name, separator) for name in few}).items():
+        beside.setdefault(group, {}).update(level)
+    return Table(columns=headers, load=load, places=places, texts=texts, beside=beside)
+
+
+def _few(item: Any) -> Any:
+    """Return what a dataset of a text or of few numbers holds; None of others."""
+    kind = text_of(readable_attributes(item).get("MATLAB_class"))
+    if item.shape is None or _are_references(item.dtype) or "MATLAB_empty" in item.attrs:
+        return None
+    if item.size > (LONGEST_TEXT if kind == "char" else MOST_NUMBERS) or item.is_virtual:
+        return None
+    try:
+        value = np.asarray(item[()])
+    except (OSError, TypeError, ValueError):
+        return None
+    if kind == "char":
+        return "".join(chr(code) for code in value.T.reshape(-1)) if value.dtype.kind == "u" else None
+    return value
+
+
+def _plain(attributes: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: kept for key, value in attributes.items() if (kept := plain(value)) is not None}
 
 
 def _referred(item: Any, column: str) -> Iterator[tuple[str, Any]]:
     """Yield name and dataset of what MATLAB keeps by reference: items of a cell, a field of an array of structs."""
-    cell = text_of(_attributes(item).get("MATLAB_class")) == "cell"
+    cell = text_of(readable_attributes(item).get("MATLAB_class")) == "cell"
     parent, _, field = column.rpartition(".")
     for k, reference in enumerate(np.asarray(item[()]).reshape(-1)):
         target = item.file[reference] if reference else None
@@ -109,19 +143,21 @@ def _referred(item: Any, column: str) -> Iterator[tuple[str, Any]]:
 
 def _header(dataset: Any, name: str, folder: Path) -> tuple[Header, Packing]:
     """Return the header of a dataset, and how its numbers are packed."""
-    attributes = _attributes(dataset)
+    from rtctl.measured.readers.origins import own_fill_value, source_attributes
+    from rtctl.measured.readers.storage import absence
+
+    attributes = readable_attributes(dataset)
     if dataset.shape is None or "MATLAB_empty" in attributes:
         return Header(shape=(0,)), Packing()
-    refusal, packing = _refusal(dataset, attributes, name), Packing()
+    refusal, packing = _refusal(dataset, attributes, name) or absence(dataset, folder), Packing()
     if not refusal and not attributes.keys() & {"MATLAB_class"}:
         try:
+            attributes = {**source_attributes(dataset, folder), **attributes}
             packing = packing_of(attributes)
         except ValueError as error:
             refusal = str(error)
-    if not refusal:
-        from rtctl.measured.readers.storage import absence
-
-        refusal = absence(dataset, folder)
+        if (fill := own_fill_value(dataset)) is not None:
+            packing = packing._replace(missing=(*packing.missing, fill))
     dtype = (
         np.dtype(np.float64) if packing.changes_numbers and dataset.dtype.kind in "biuf" else dataset.dtype
     )
@@ -140,22 +176,11 @@ def _header(dataset: Any, name: str, folder: Path) -> tuple[Header, Packing]:
 
 def _levels(dataset: Any) -> Iterator[Mapping[str, Any]]:
     """Yield the attributes of a dataset and of the groups around it, the innermost first."""
-    yield _attributes(dataset)
+    yield readable_attributes(dataset)
     group = dataset.parent
     while group is not None:
-        yield _attributes(group)
+        yield readable_attributes(group)
         group = None if group.name in ("/", None) else group.parent
-
-
-def _attributes(dataset: Any) -> Mapping[str, Any]:
-    """Return the attributes that can be read; one of a foreign type says nothing."""
-    found: dict[str, Any] = {}
-    for key in dataset.attrs:
-        try:
-            found[key] = dataset.attrs[key]
-        except (OSError, TypeError, ValueError, RuntimeError):
-            continue
-    return found
 
 
 def _refusal(dataset: Any, attributes: Mapping[str, Any], name: str) -> str:

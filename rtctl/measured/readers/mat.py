@@ -10,6 +10,7 @@ import re
 import struct
 import zlib
 from collections.abc import Iterator
+from math import prod
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,8 @@ from scipy.io.matlab import MatlabOpaque
 from rtctl.measured.readers import h5
 from rtctl.measured.readers.groups import place_of
 from rtctl.measured.readers.mat_headers import Variable, describe_object, is_version_5, variables
+from rtctl.measured.readers.stated.attributes import LONGEST_TEXT
+from rtctl.measured.readers.stated.beside import MOST_NUMBERS, levels_of
 from rtctl.measured.readers.table import Column, Header, Table, reading, vector_rows
 
 Steps = tuple[int | str, ...]
@@ -35,6 +38,7 @@ def read(path: Path) -> Table:
         return h5.read(path, separator=".")
     headers: dict[str, Header] = {}
     places: dict[str, Steps] = {}
+    few: dict[str, Any] = {}
     for name, shape, kind, is_object in _listed(path):
         if is_object:
             headers[name] = Header(shape=shape, refusal=describe_object(kind, name))
@@ -42,8 +46,13 @@ def read(path: Path) -> Table:
             with reading("a MATLAB file"):
                 for column, value, steps in _fields(name, _variable(path, name), ()):
                     headers[column], places[column] = _header(value, column), steps
+                    if not isinstance(value, MatlabOpaque) and value.size <= MOST_NUMBERS:
+                        few[column] = value
         else:
             headers[name] = Header(shape=shape, refusal=_refusal(kind))
+            if prod(shape) <= (LONGEST_TEXT if kind == "char" else MOST_NUMBERS):
+                with reading("a MATLAB file"):
+                    few[name] = _variable(path, name)
 
     def load(name: str, first: int, end: int) -> Column:
         with reading("a MATLAB file"):
@@ -53,7 +62,8 @@ def read(path: Path) -> Table:
             return np.array(value[vector_rows(value.shape, first, end)])  # a view would keep all alive
 
     inside = {name: place_of(name, ".") for name in headers}
-    return Table(columns=headers, load=load, piecewise=False, places=inside)
+    beside = levels_of(few, inside)
+    return Table(columns=headers, load=load, piecewise=False, places=inside, beside=beside)
 
 
 def _listed(path: Path) -> list[Variable]:

@@ -10,6 +10,7 @@ from typing import IO, NamedTuple
 
 import numpy as np
 
+from rtctl.measured.readers.stated.beside import MOST_NUMBERS, levels_of
 from rtctl.measured.readers.table import Column, Header, Table, reading, vector_rows
 
 _LOCAL_HEADER = struct.Struct("<26xHH")  # ZIP, 4.3.7: its last two fields are the lengths of name and extra
@@ -58,9 +59,15 @@ def read(path: Path) -> Table:
         start = layout.stored_at + first * layout.dtype.itemsize
         return _whole(np.fromfile(path, layout.dtype, count=end - first, offset=start), first, end)
 
+    few = {
+        name: numbers(info, layout, 0, prod(layout.header.shape))
+        for name, (info, layout) in arrays.items()
+        if prod(layout.header.shape) <= MOST_NUMBERS and not layout.header.refusal
+    }
     return Table(
         columns={name: layout.header for name, (_, layout) in arrays.items()},
         load=load,
+        beside=levels_of(few, {}),
         piecewise=all(layout.stored_at is not None for _, layout in arrays.values()),
     )
 

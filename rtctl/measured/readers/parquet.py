@@ -12,6 +12,7 @@ import pyarrow.parquet as pq
 from rtctl.measured.readers.table import (
     Column,
     Table,
+    arrow_beside,
     arrow_headers,
     arrow_readings,
     arrow_slice,
@@ -27,7 +28,7 @@ def read(path: Path) -> Table:
     """Return the columns of a Parquet file. Raises ValueError in words."""
     with reading("a Parquet file"), pq.ParquetFile(path) as file:
         headers = arrow_headers(file.schema_arrow, file.metadata.num_rows)
-        texts = arrow_texts(file.schema_arrow)
+        texts, beside = arrow_texts(file.schema_arrow), arrow_beside(file.schema_arrow)
 
     def load(name: str, first: int, end: int) -> Column:
         with (
@@ -38,7 +39,7 @@ def read(path: Path) -> Table:
             stored = arrow_slice(_pieces(file, name, groups), first - start, end - start)
             return arrow_readings(file.schema_arrow, name, stored)
 
-    return Table(columns=headers, load=load, texts=texts)
+    return Table(columns=headers, load=load, texts=texts, beside=beside)
 
 
 def _groups(metadata: pq.FileMetaData, first: int, end: int) -> tuple[list[int], int]:

@@ -12,7 +12,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-_DEEPEST = 4
+DEEPEST = 4
 """Virtual datasets of virtual datasets that are followed."""
 
 
@@ -66,8 +66,8 @@ def _virtual_absence(dataset: Any, folder: Path, depth: int) -> str:
 
 def _source_absence(dataset: Any, source: Any, folder: Path, depth: int) -> str:
     where = f'is virtual, and its source "{source.dset_name}" in "{source.file_name}"'
-    if depth >= _DEEPEST:
-        return f"{where} is virtual too, {_DEEPEST} times over; write the numbers to one file"
+    if depth >= DEEPEST:
+        return f"{where} is virtual too, {DEEPEST} times over; write the numbers to one file"
     path = Path(dataset.file.filename) if source.file_name == "." else folder / source.file_name
     if not path.is_file():
         return f"{where} is not there: no such file; put it beside this file"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -14,7 +13,6 @@ from numpy.typing import NDArray
 
 from rtctl.measured.readers.groups import Place
 from rtctl.measured.readers.stated.attributes import (
-    UNIT_KEYS,
     packing_of,
     stated_unit,
     text_of,
@@ -22,6 +20,7 @@ from rtctl.measured.readers.stated.attributes import (
     unapplied,
     unpack,
 )
+from rtctl.measured.readers.stated.beside import Level, Period
 from rtctl.measured.readers.stated.preamble import NOTHING, Preamble
 from rtctl.measured.readers.stated.rate import stated_period
 
@@ -69,6 +68,11 @@ class Table:
     places: Mapping[str, Place] = field(default_factory=dict)
     """Place of each column in the groups of the file; columns without one are at the top."""
 
+    beside: Mapping[str, Level] = field(default_factory=dict)
+    """What stands beside the columns of each group, by its path; "": of the file."""
+    periods: Mapping[str, Period] = field(default_factory=dict)
+    """Sample periods [s] that stand beside columns."""
+
     def place(self, name: str) -> Place:
         """Return the place of a column."""
         return self.places.get(name, Place(name))
@@ -108,9 +112,8 @@ def check_distinct(names: Sequence[str]) -> None:
 
 
 def arrow_headers(schema: pa.Schema, rows: int) -> dict[str, Header]:
-    """Return the headers of Arrow columns; a field's metadata may state its unit, or a table in the schema's."""
+    """Return the headers of Arrow columns; a field's metadata may state its unit."""
     check_distinct(schema.names)
-    shared = _shared_units(schema.metadata or {})
     headers = {}
     for entry in schema:
         attributes = _texts(entry.metadata or {})
@@ -121,7 +124,7 @@ def arrow_headers(schema: pa.Schema, rows: int) -> dict[str, Header]:
             refusal = str(error)
         period_s, key = stated_period(attributes, _texts(schema.metadata or {})) or (None, "")
         headers[entry.name] = Header(
-            shape=(rows,), unit=stated_unit(attributes) or shared.get(entry.name), refusal=refusal,
+            shape=(rows,), unit=stated_unit(attributes), refusal=refusal,
             unapplied=unapplied(attributes), period_s=period_s, period_key=key,
         )  # fmt: skip
     return headers
@@ -135,6 +138,11 @@ def arrow_texts(schema: pa.Schema) -> dict[str, str]:
     return found
 
 
+def arrow_beside(schema: pa.Schema) -> dict[str, Level]:
+    """Return what the schema's metadata state of its columns."""
+    return {"": _texts(schema.metadata or {})}
+
+
 def arrow_readings(schema: pa.Schema, name: str, stored: Column) -> Column:
     """Return the readings of stored numbers, unpacked as the field's metadata say."""
     return unpack(stored, packing_of(_texts(schema.field(name).metadata or {})))
@@ -142,19 +150,6 @@ def arrow_readings(schema: pa.Schema, name: str, stored: Column) -> Column:
 
 def _texts(metadata: Mapping[bytes, bytes]) -> dict[str, str]:
     return {text_of(key): text_of(value) for key, value in metadata.items()}
-
-
-def _shared_units(metadata: Mapping[bytes, bytes]) -> dict[str, str]:
-    """Return units by column from a JSON table under `units` of the schema's metadata."""
-    text = {key.lower(): value for key, value in _texts(metadata).items()}
-    for key in UNIT_KEYS:
-        try:
-            table = json.loads(text.get(key, ""))
-        except ValueError:
-            continue
-        if isinstance(table, dict):
-            return {name: unit for name, unit in table.items() if isinstance(unit, str)}
-    return {}
 
 
 def arrow_slice(pieces: Iterator[pa.Array], first: int, end: int) -> Column:

@@ -19,6 +19,7 @@ from nptdms import TdmsChannel, TdmsFile
 
 from rtctl.measured.readers.groups import Place
 from rtctl.measured.readers.stated.attributes import stated_unit, texts_of, unapplied
+from rtctl.measured.readers.stated.beside import plain
 from rtctl.measured.readers.stated.rate import stated_period
 from rtctl.measured.readers.table import Column, Header, Table, reading
 
@@ -54,7 +55,8 @@ def read(path: Path) -> Table:
             name: _header(c, (c.properties, opened[c.group_name].properties, opened.properties))
             for name, c in zip(_names(channels), channels, strict=True)
         }
-        texts = texts_of(opened.properties)
+        texts, beside = texts_of(opened.properties), {"": _beside(opened.properties)}
+        beside |= {group.name: _beside(group.properties) for group in opened.groups()}
         for part in (*opened.groups(), *channels):
             texts |= texts_of(part.properties, part.name)
     starts = _starts(channels)
@@ -69,7 +71,7 @@ def read(path: Path) -> Table:
             return np.asarray(opened[group][channel].read_data(first, end - first))
 
     inside = {name: Place(f"{group}/{channel}", (group,)) for name, (group, channel) in places.items()}
-    return Table(columns=headers, load=load, places=inside, texts=texts)
+    return Table(columns=headers, load=load, places=inside, texts=texts, beside=beside)
 
 
 def _names(channels: list[TdmsChannel]) -> list[str]:
@@ -114,6 +116,10 @@ def _header(channel: TdmsChannel, levels: tuple[Mapping[str, Any], ...]) -> Head
         unapplied=unapplied(properties),
         refusal="holds text, numbers are needed" if dtype.hasobject else refusal,
     )
+
+
+def _beside(properties: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: kept for key, value in properties.items() if (kept := plain(value)) is not None}
 
 
 def _unknown_scale(levels: tuple[Mapping[str, Any], ...]) -> str:

@@ -60,8 +60,9 @@ def _answered(request: Request, tables: dict[tuple[str, Path], Table]) -> Any:
     table = tables[key]
     if not request.column:
         return Opening(
-            dict(table.columns), table.piecewise, table.remarks, dict(table.places), dict(table.texts)
-        )
+            dict(table.columns), table.piecewise, table.remarks, dict(table.places), dict(table.texts),
+            dict(table.beside),
+        )  # fmt: skip
     return np.ascontiguousarray(table.load(request.column, request.first, request.end))
 
 

@@ -23,6 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rtctl.measured.readers.groups import Place
+from rtctl.measured.readers.stated.beside import Level
 from rtctl.measured.readers.table import Column, Header, Table
 
 CHILD = "rtctl.measured.readers.limits.child"
@@ -47,6 +48,7 @@ class Opening(NamedTuple):
     remarks: tuple[str, ...]
     places: dict[str, Place]
     texts: dict[str, str]
+    beside: dict[str, Level]
 
 
 class Request(NamedTuple):
@@ -87,6 +89,7 @@ def read(module: str, path: Path) -> Table:
         remarks=opened.remarks,
         places=opened.places,
         texts=opened.texts,
+        beside=opened.beside,
     )
 
 

@@ -7,20 +7,21 @@ and the missing values are in packed numbers.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-UNIT_KEYS = ("unit", "units", "unit_string", "unitstring", "ni_unitdescription", "einheit")
+from rtctl.measured.readers.stated.keys import is_fill_key, is_offset_key, is_scale_key, is_unit_key
+
+_FIRST_UNIT_KEYS = ("unit", "units", "unit_string", "unitstring", "ni_unitdescription", "einheit")
+"""Keys that come before other words for a unit."""
 _SCALES, _OFFSETS = ("scale_factor",), ("add_offset",)
 _FILLS = ("_fillvalue", "missing_value")
-_UNAPPLIED = frozenset(
-    {"scale", "offset", "gain", "slope", "intercept", "factor", "sensitivity", "calibration", "multiplier"}
-)
-"""Attributes that may mean a scale, in no agreed way."""
-
+"""The agreed keys of fill values, which have to be numbers; other words for them count where they are."""
+_LEADING_NUMBER = re.compile(r"[+-]?(\d[\d.,]*|[.,]\d+)([eE][+-]?\d+)?(?=\s|$|[^\d:/-])")
 
 LONGEST_TEXT = 500
 """Characters that are kept of a text."""
@@ -79,15 +80,57 @@ def numbers_of(attribute: Any) -> NDArray[np.float64]:
     return np.asarray(attribute, dtype=np.float64).reshape(-1)
 
 
+def readable_attributes(item: Any) -> dict[str, Any]:
+    """Return the attributes of an h5py object that can be read; one of a foreign type says nothing."""
+    found: dict[str, Any] = {}
+    for key in item.attrs:
+        try:
+            found[key] = item.attrs[key]
+        except (OSError, TypeError, ValueError, RuntimeError):
+            continue
+    return found
+
+
+def says_of_numbers(key: str) -> bool:
+    """Return whether a key says how the numbers of a column are to be read: their unit, their scale, what is none."""
+    agreed = key.lower() in (
+        *_SCALES,
+        *_OFFSETS,
+        *_FILLS,
+        "valid_range",
+        "valid_min",
+        "valid_max",
+        "_unsigned",
+    )
+    return agreed or is_unit_key(key) or is_scale_key(key) or is_fill_key(key)
+
+
 def stated_unit(attributes: Mapping[str, Any]) -> str | None:
-    """Return the text under any key for a unit, in any case; None: there is none."""
+    """Return what stands under a key for the unit of a column; None: there is none, or it is empty."""
     lower = {key.lower(): value for key, value in attributes.items()}
-    return next((text for key in UNIT_KEYS if key in lower and (text := text_of(lower[key]))), None)
+    first = [lower[key] for key in _FIRST_UNIT_KEYS if key in lower]
+    others = [value for key, value in attributes.items() if is_unit_key(key)]
+    return next((text for value in (*first, *others) if (text := unit_text(value))), None)
+
+
+def unit_text(value: Any) -> str:
+    """Return what states a unit as text: several units one after the other, a bare number as such; "": nothing."""
+    if isinstance(value, Mapping):
+        return ""
+    if text := text_of(value):
+        return text
+    parts = np.asarray(value).reshape(-1) if not isinstance(value, str | bytes) else np.empty(0)
+    if parts.dtype.kind in "biuf" and parts.size:
+        return f"the number {', '.join(f'{part:g}' for part in parts[:4])}"
+    return ", ".join(text for part in parts[:8] if (text := text_of(part)))
 
 
 def packing_of(attributes: Mapping[str, Any]) -> Packing:
     """Return how the attributes say that the numbers are packed. Raises ValueError for one that cannot be obeyed."""
     lower = {key.lower(): (key, value) for key, value in attributes.items()}
+
+    def filled(key: str, value: Any) -> bool:
+        return key in _FILLS or (is_fill_key(key) and _is_numeric(value))
 
     def stated(*keys: str) -> NDArray[np.float64]:
         found = [_stated_numbers(*lower[key]) for key in keys if key in lower]
@@ -99,6 +142,7 @@ def packing_of(attributes: Mapping[str, Any]) -> Packing:
             raise ValueError(f"states {' '.join(keys)} = {values.tolist()}, one finite number is needed")
         return float(values[0]) if len(values) else default
 
+    fills = [key for key, (_, value) in lower.items() if filled(key, value)]
     scale = one(_SCALES, 1.0)
     if scale == 0.0:
         raise ValueError("states a scale_factor of 0, which leaves nothing of its numbers; correct the file")
@@ -109,7 +153,7 @@ def packing_of(attributes: Mapping[str, Any]) -> Packing:
     return Packing(
         scale=scale,
         offset=one(_OFFSETS, 0.0),
-        missing=tuple(value for value in stated(*_FILLS).tolist() if not np.isnan(value)),
+        missing=tuple(value for value in stated(*fills).tolist() if not np.isnan(value)),
         low=float(max([*limits[:1], *low], default=-np.inf)),
         high=float(min([*limits[1:], *high], default=np.inf)),
         unsigned=text_of(dict(attributes).get("_Unsigned")).lower() == "true",
@@ -135,8 +179,31 @@ def unpack(stored: NDArray[Any], packing: Packing) -> NDArray[Any]:
 
 def unapplied(attributes: Mapping[str, Any]) -> str:
     """Return the attributes that may scale the numbers, in no agreed way, as `key = value`; "": there are none."""
-    shown = [f"{key} = {_short(value)}" for key, value in attributes.items() if key.lower() in _UNAPPLIED]
+    agreed = (*_SCALES, *_OFFSETS)
+    return described_scales(
+        {key: value for key, value in attributes.items() if key.lower() not in agreed and is_scale_key(key)}
+    )
+
+
+def described_scales(stated: Mapping[str, Any]) -> str:
+    """Return scales as `key = value`, without those that change nothing: a factor of 1, an offset of 0, words."""
+    shown = [f"{key} = {_short(value)}" for key, value in stated.items() if _changes_numbers(key, value)]
     return ", ".join(shown)
+
+
+def _changes_numbers(key: str, value: Any) -> bool:
+    if not _is_numeric(value):
+        return _LEADING_NUMBER.match(text_of(value)) is not None
+    numbers = numbers_of(value)
+    return bool(numbers.size) and not bool(np.all(numbers == (0.0 if is_offset_key(key) else 1.0)))
+
+
+def _is_numeric(value: Any) -> bool:
+    try:
+        numbers_of(value)
+    except (ValueError, TypeError):
+        return False
+    return True
 
 
 def _stated_numbers(key: str, value: Any) -> NDArray[np.float64]:
@@ -147,4 +214,5 @@ def _stated_numbers(key: str, value: Any) -> NDArray[np.float64]:
 
 
 def _short(value: Any) -> str:
-    return (text_of(value) or str(np.asarray(value).tolist()))[:40]
+    held = np.asarray(value)
+    return (text_of(value) or str(held.item() if held.size == 1 else held.tolist()))[:40]

@@ -1,0 +1,61 @@
+"""What stands beside the columns of a file, in a group, in the file or in variables of its own, as plain values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rtctl.measured.readers.groups import Place
+from rtctl.measured.readers.stated.attributes import text_of
+from rtctl.measured.readers.stated.keys import is_unit_of_all
+
+MOST_NUMBERS = 16
+"""Numbers of an array that may state something of columns; a longer one is a column."""
+
+Level = Mapping[str, Any]
+"""Keys and values of a group, or of the file: texts, few numbers, tables of these."""
+
+
+class Period(NamedTuple):
+    """A sample period that stands beside a column."""
+
+    period_s: float
+    key: str
+
+
+def levels_of(values: Mapping[str, Any], places: Mapping[str, Place]) -> dict[str, dict[str, Any]]:
+    """Return what stands beside columns by the path of its group, of values by the names of their columns.
+
+    A group that is called as a table of units, `run.units.x`, is a table of the group around it.
+    """
+    levels: dict[str, dict[str, Any]] = {}
+    for name, value in values.items():
+        if (kept := plain(value)) is None:
+            continue
+        place = places.get(name, Place(name))
+        paths = ("", *place.groups)
+        key = place.within(paths[-1])
+        levels.setdefault(paths[-1], {})[key] = kept
+        if len(paths) > 1:
+            table = paths[-1][len(paths[-2]) :].lstrip("./")
+            if is_unit_of_all(table):
+                levels.setdefault(paths[-2], {}).setdefault(table, {})[key] = kept
+    return levels
+
+
+def plain(value: Any) -> Any:
+    """Return a value that may state something of columns as text, numbers or a table of them; None: it does not."""
+    if isinstance(value, Mapping):
+        found = {str(key): kept for key, one in value.items() if (kept := plain(one)) is not None}
+        return found or None
+    if text := text_of(value):
+        return text
+    numbers = np.asarray(value) if not isinstance(value, str | bytes) else np.empty(0)
+    if not 0 < numbers.size <= MOST_NUMBERS:
+        return None
+    if numbers.dtype.kind in "biuf":
+        return numbers.astype(np.float64).reshape(-1)
+    texts = [text_of(one) for one in numbers.reshape(-1)]
+    return texts if all(texts) else None

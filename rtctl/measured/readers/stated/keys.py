@@ -1,0 +1,95 @@
+"""Words of the keys under which files state something of their columns: `EngineeringUnits`, `x_unit`, `FillValue`.
+
+Every program has its own spelling, so a key is taken apart into words, at signs and where small letters become
+capitals, without accents, and known by them.
+"""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+
+_WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+")
+_UNIT_WORDS = frozenset(
+    {"unit", "units", "unitstring", "unitdescription", "unitlabel", "unitofmeasure", "engineeringunits",
+     "engineeringunit", "engunits", "engunit", "physicalunit", "yunit", "yunits", "uom", "einheit", "einheiten",
+     "masseinheit", "unite", "unites", "unidad", "unidades", "unidade", "unita", "eenheid", "enhet"}
+)  # fmt: skip
+_OF_OTHER_AXES = frozenset(
+    {"x", "t", "time", "wf", "wfx", "rate", "sampling", "sample", "frequency", "freq", "abscissa", "horizontal", "date",
+     "calendar", "zeit", "temps", "tiempo", "phase", "cell", "item"}
+)  # fmt: skip
+"""Words beside that for a unit which make it one of something else than the column's numbers."""
+_SCALE_WORDS = frozenset(
+    {"scale", "scaling", "scalefactor", "gain", "slope", "factor", "sensitivity", "multiplier", "calibration", "calib",
+     "calfactor", "conversion", "lsb", "empfindlichkeit", "verstaerkung", "faktor", "offset", "addoffset", "intercept"}
+)  # fmt: skip
+_OFFSET_WORDS = frozenset({"offset", "addoffset", "intercept"})
+_NO_SCALES = frozenset(
+    {"full", "color", "colour", "gray", "grey", "log", "date", "due", "id", "serial", "type", "status", "number",
+     "name", "time", "timestamp", "start", "utc", "zone", "delay", "wf", "ni", "certificate", "file", "lab", "by", "kp",
+     "ki", "kd", "pid", "controller", "loop", "phase", "frequency", "rate", "quality", "crest", "power", "form", "safety",
+     "margin", "damping", "duty", "q"}
+)  # fmt: skip
+"""Words beside that for a scale with which it scales no numbers of a column."""
+_FILLS = frozenset(
+    {"fillvalue", "missingvalue", "missing", "nodata", "nodatavalue", "novalue", "invalidvalue", "badvalue",
+     "nullvalue", "nanvalue", "dummyvalue", "undefinedvalue", "undefvalue"}
+)  # fmt: skip
+_FILLERS = frozenset(
+    {"of", "for", "the", "channel", "column", "signal", "eng", "engineering", "physical", "display"}
+)
+
+
+def words_of(key: str) -> list[str]:
+    """Return the words of a key in lower case: `EngineeringUnits` as engineering, units."""
+    plain = unicodedata.normalize("NFD", key.replace("ß", "ss"))
+    plain = "".join(one for one in plain if not unicodedata.combining(one))
+    return [word.lower() for word in _WORD.findall(plain)]
+
+
+def is_unit_key(key: str) -> bool:
+    """Return whether a key of a column names the unit of its numbers, not that of its time or of its abscissa."""
+    rest = _beside(key, _UNIT_WORDS)
+    return rest is not None and not rest & _OF_OTHER_AXES
+
+
+def is_unit_of(key: str, column: str) -> bool:
+    """Return whether a key that stands beside columns names the unit of this one: `x_unit`, `unit of x`."""
+    rest = _beside(key, _UNIT_WORDS)
+    return bool(rest) and rest == set(words_of(column)) - _FILLERS
+
+
+def is_unit_of_all(key: str) -> bool:
+    """Return whether a key names units and nothing that has them: `units`, `EngineeringUnits`."""
+    return _beside(key, _UNIT_WORDS) == set()
+
+
+def is_scale_key(key: str) -> bool:
+    """Return whether a key may name a scale or an offset of numbers."""
+    words = set(words_of(key))
+    return bool(words & _SCALE_WORDS) and not words & _NO_SCALES
+
+
+def is_scale_of(key: str, column: str) -> bool:
+    """Return whether a key that stands beside columns may name a scale of this one: `gain_x`."""
+    own = set(words_of(column)) - _FILLERS
+    return bool(own) and is_scale_key(key) and own < set(words_of(key))
+
+
+def is_offset_key(key: str) -> bool:
+    """Return whether a key of a scale is that of an offset, which does nothing where it is 0, not 1."""
+    return bool(set(words_of(key)) & _OFFSET_WORDS)
+
+
+def is_fill_key(key: str) -> bool:
+    """Return whether a key names the number that stands for a reading that there is not."""
+    return "".join(words_of(key)) in _FILLS
+
+
+def _beside(key: str, known: frozenset[str]) -> set[str] | None:
+    """Return the words of a key beside a known one, without those that say nothing; None: it has no known one."""
+    words = set(words_of(key))
+    return (
+        words - known - _FILLERS - {"string", "text", "label", "description", "ni"} if words & known else None
+    )
