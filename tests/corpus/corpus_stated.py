@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
-from corpus_binary import IN_MM, NAMES, TIMED, UM, hdf5, made, mat, matlab73, table, tdms
+from corpus_binary import IN_MM, TIMED, UM, hdf5, made, mat, matlab73, table, tdms
 from corpus_case import RIGHT, ROWS, Right, Situation, T, U, Write, X, refused
 
 MANIFEST = """

@@ -25,6 +25,9 @@ def with_cell(row: int, cell: str, *, column: int = 2, separator: str = ",") -> 
 
 SPREADSHEETS = (
     Situation("plain", text(PLAIN), RIGHT),
+    Situation("a row with too few cells", text("\n".join(one if k != 301 else one.rpartition(",")[0] for k, one in enumerate(PLAIN.split("\n")))), refused("r.csv", "line 302 has 2 cells", "3 columns")),
+    Situation("a row with too many cells, below lines of blanks", text("\n".join(one if k != 301 else one + ",7" for k, one in enumerate(PLAIN.split("\n"))).replace("\n", "\n  \n", 9)), refused("r.csv", "line 311 has 4 cells", "3 columns")),
+    Situation("a row with too many cells, old Macintosh line ends", text("\r".join(one if k != 301 else one + ",7" for k, one in enumerate(PLAIN.split("\n")))), refused("r.csv", "a row has 4 cells", "3 columns")),
     Situation("German: semicolons, decimal commas", text(GERMAN + table(T, U, X, separator=";", comma=True)), RIGHT),
     Situation("German with exponents", text(GERMAN + table(T, U, X, separator=";", comma=True, form="{:.6E}")), RIGHT),
     Situation("decimal commas between tabs", text(GERMAN.replace(";", "\t") + table(T, U, X, separator="\t", comma=True)), RIGHT),

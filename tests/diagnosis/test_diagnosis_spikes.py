@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 from diagnosis_cases import FloatArray, answer_to, device, measured, noise_drive
 
-from rtctl.diagnosis.screening.spikes import find_spikes
+from rtctl.diagnosis.screening.spikes import find_spikes, replace_drive_spikes
+from rtctl.diagnosis.thresholds import ScreeningThresholds
+from rtctl.measured.dataset import Record
 
 RNG = np.random.default_rng(5)
 MOTION = np.sin(0.3 * np.arange(2000)) + 0.01 * RNG.standard_normal(2000)
@@ -53,3 +55,45 @@ def test_a_reading_of_a_million_costs_a_note_and_no_verdict(tmp_path: Path) -> N
     found = answer_to(tmp_path, records)
     assert found["verdict"] == "adequate"
     assert any("1e+06 mm in sample 700" in warning for warning in found["warnings"])
+
+
+@pytest.mark.parametrize("size", [40.0, 9999.0])
+@pytest.mark.parametrize("is_felt", [False, True])
+def test_a_spike_of_the_drive_is_replaced_where_the_device_did_not_feel_it(
+    size: float, is_felt: bool
+) -> None:
+    drive = noise_drive(3)
+    sent = np.where(np.arange(len(drive)) == 700, size * np.abs(drive).max(), drive)
+    response = measured(device(), sent if is_felt else drive)
+    record = Record(
+        name="r", file="", period_s=1e-3, use="fit", signals={"drive": sent, "displacement": response}
+    )
+    kept = replace_drive_spikes([record], "drive", "displacement", {"drive": "V"}, ScreeningThresholds())
+    assert (kept.records[0].signals["drive"][700] == sent[700]) == is_felt
+    assert [note for note in kept.notes if "taken as misread" in note] == list(kept.notes)
+    assert len(kept.notes) == (0 if is_felt else 1)
+
+
+def test_an_impulse_as_the_only_drive_is_kept() -> None:
+    sent = np.where(np.arange(4000) == 700, 50.0, 0.0)
+    record = Record(
+        name="r",
+        file="",
+        period_s=1e-3,
+        use="fit",
+        signals={"drive": sent, "displacement": measured(device(), sent)},
+    )
+    kept = replace_drive_spikes([record], "drive", "displacement", {}, ScreeningThresholds())
+    assert kept.records[0] is record
+    assert not kept.notes
+
+
+def test_a_misread_drive_is_no_cause(tmp_path: Path) -> None:
+    """Without it a drive of 9999 V among some volts is explained by a saturation and harmonics of the drive."""
+    records = [
+        (noise_drive(k), measured(device(), noise_drive(k)), use) for k, use in ((1, "fit"), (2, "test"))
+    ]
+    records[0][0][700] = 9999.0
+    found = answer_to(tmp_path, records)
+    assert found["verdict"] == "adequate"
+    assert any("of the drive are spikes" in warning for warning in found["warnings"])

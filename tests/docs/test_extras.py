@@ -40,7 +40,8 @@ WITHOUT = {
     "rtctl.diagnosis.report.pictures",
     "rtctl.live_page.streams.channels",
     "rtctl.measured.readers.tdms",
-    "rtctl.measured.readers.storage",
+    "rtctl.measured.readers.hdf5_storage.origins",
+    "rtctl.measured.readers.hdf5_storage.presence",
     "rtctl.measured.readers.uff58",
 }
 """Modules that are imported only where their extra is installed."""

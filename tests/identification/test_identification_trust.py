@@ -162,3 +162,14 @@ def test_what_a_file_says_and_nobody_understands_is_a_warning_of_the_fit(tmp_pat
     assert fit.trusted
     comparison = rtctl.simulate(fit.model, manifest)
     assert len(comparison.summary["remarks"]) == 2
+
+
+@pytest.mark.parametrize("signal", ["drive", "displacement"])
+def test_a_misread_sample_is_told_and_costs_nothing(tmp_path: Path, signal: str) -> None:
+    drive = noise_drive(1)
+    read = {"drive": drive.copy(), "displacement": played(drive)}
+    read[signal][700] = 9999.0
+    found = identified(tmp_path, (read["drive"], read["displacement"]))
+    assert found.trusted
+    assert any(f"9999 {'V' if signal == 'drive' else 'mm'} in sample 700" in note for note in found.warnings)
+    assert found.parameters["drive_gain"].value == pytest.approx(GAIN, rel=0.02)

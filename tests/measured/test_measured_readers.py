@@ -189,9 +189,9 @@ def test_csv_as_instruments_and_spreadsheets_write_it(tmp_path: Path, text: str 
         ("1.0,2.0\n3.0,4.0\n", 'no column "a"; known: column_1, column_2'),
         (
             "a,b\n1,2,3\n",
-            "not readable as CSV: a row has 3 cells, the file has 2 columns.*a decimal comma.*semicolons",
+            "not readable as CSV: line 2 has 3 cells, the file has 2 columns.*a decimal comma.*semicolons",
         ),
-        ("a;b\n1;2;3\n", "not readable as CSV: a row has 3 cells, the file has 2 columns$"),
+        ("a;b\n1;2;3\n", "not readable as CSV: line 2 has 3 cells, the file has 2 columns$"),
         ('a,b\n"1\n2",3\n', "a line break stands inside quotes"),
         ("a,a\n1,2\n", "two columns have the same name"),
         ("a,b\n1,2\nsoon,3\n", 'column "a" holds text, numbers are needed: "soon", in row 1'),

@@ -7,6 +7,7 @@ from typing import Any
 
 from rtctl.api.datasets import dataset_of
 from rtctl.api.identifying.fit import Fit
+from rtctl.api.identifying.spikes import Cleaned, without_spikes
 from rtctl.api.inputs import PathText, path_of
 from rtctl.api.model import Model, model_of
 from rtctl.border.errors import InputError, nearest
@@ -67,8 +68,9 @@ def identify(  # noqa: PLR0913
         raise InputError(
             f'{start.source or "model"}: a model of kind "{start.kind}", the data are of a plant "{data.plant}"'
         )
+    data, spikes = without_spikes(data) if how.takes_model else Cleaned(data, ())
     fit: Fit = record.part(how.fit)(data, start, options, report)
-    for remark in reversed(data.remarks):
+    for remark in reversed((*data.remarks, *spikes)):
         fit = fit.warn(remark)
     return fit.warn(INCOMPLETE.format(data.incomplete)) if data.incomplete else fit
 

@@ -20,7 +20,7 @@ from rtctl.diagnosis.screening.record_checks import (
     unmark_false_repeats,
 )
 from rtctl.diagnosis.screening.screened import RecordCheck, Screened, apply_checks
-from rtctl.diagnosis.screening.spikes import replace_spikes
+from rtctl.diagnosis.screening.spikes import replace_drive_spikes, replace_spikes
 from rtctl.diagnosis.thresholds import ScreeningThresholds
 from rtctl.identification.fit_record import make_fit_record
 from rtctl.identification.sweep_record import prepare_sweep
@@ -47,6 +47,9 @@ def split_records(
     checks: tuple[RecordCheck, ...] = (
         lambda records: drop_short_records(records, thresholds),
         lambda records: replace_spikes(records, subject.spike_outputs, dataset.units, thresholds),
+        lambda records: replace_drive_spikes(
+            records, subject.drive, subject.output, dataset.units, thresholds
+        ),
         lambda records: drop_constant_records(records, subject.required_signal),
         lambda records: unmark_false_repeats(records, subject.drive, thresholds),
         lambda records: note_impossible_readings(records, dataset.units),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import re
 from bisect import bisect_right
 from collections import Counter
@@ -56,7 +57,7 @@ def read(path: Path) -> Table:
                 return arrow_slice(pieces, skipped, end - first + skipped)
             except pa.ArrowInvalid as error:
                 if "conversion error" not in str(error):
-                    raise ValueError(_about_cells(str(error), form)) from None
+                    raise ValueError(_about_cells(str(error), form, text)) from None
         raise ValueError(f'column "{name}" is neither numbers nor text in UTF-8')
 
     remarks = tuple(one for one in (ending.remark, preamble.doubt) if one)
@@ -82,19 +83,38 @@ def _texts(opening: Sequence[NumberedLine], form: Form) -> dict[str, str]:
     return {quoted(one): one.text for one in lines}
 
 
-def _about_cells(error: str, form: Form) -> str:
+def _about_cells(error: str, form: Form, text: Text) -> str:
     """Return what a person reads where a row has not as many cells as there are columns."""
     found = re.search(r"Expected (\d+) columns, got (\d+)", error)
     if found is None:
         return f"not readable as CSV: {error}"
     expected, cells = int(found[1]), int(found[2])
-    text = f"not readable as CSV: a row has {cells} cells, the file has {expected} columns"
+    number = _line_of_cells(text, form, cells)
+    where = f"line {number}" if number else "a row"
+    told = f"not readable as CSV: {where} has {cells} cells, the file has {expected} columns"
     if form.separator == "," and expected < cells <= 2 * expected:
-        text += (
+        told += (
             ". Perhaps commas stand both between the columns and in the numbers (a decimal comma): export the file "
             "with semicolons or tabs between the columns, or with decimal points"
         )
-    return text
+    return told
+
+
+def _line_of_cells(text: Text, form: Form, cells: int) -> int:
+    """Return the number, from 1, of the first line of numbers with so many cells; 0: it is not found."""
+    written = 0
+    with text.opened() as file:
+        for number, line in enumerate(file, 1):
+            if not line.strip(b"\r\n"):
+                continue
+            written += 1
+            try:
+                parts = next(iter(csv.reader([line.decode("latin-1")], delimiter=form.separator)), [])
+            except csv.Error:  # a line without end, or of another kind
+                return 0
+            if written > form.head and len(parts) == cells:
+                return number
+    return 0
 
 
 def _headers(form: Form, rows: int) -> dict[str, Header]:

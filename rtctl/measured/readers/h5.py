@@ -89,7 +89,7 @@ def read(path: Path, separator: str = "/") -> Table:
         file.visititems(visit)
 
     def load(name: str, first: int, end: int) -> Column:
-        from rtctl.measured.readers.storage import unwritten_rows
+        from rtctl.measured.readers.hdf5_storage.presence import unwritten_rows
 
         with reading("an HDF5 file"), h5py.File(path, "r") as file:
             dataset = file[paths[name]]
@@ -143,8 +143,8 @@ def _referred(item: Any, column: str) -> Iterator[tuple[str, Any]]:
 
 def _header(dataset: Any, name: str, folder: Path) -> tuple[Header, Packing]:
     """Return the header of a dataset, and how its numbers are packed."""
-    from rtctl.measured.readers.origins import own_fill_value, source_attributes
-    from rtctl.measured.readers.storage import absence
+    from rtctl.measured.readers.hdf5_storage.origins import own_fill_value, source_attributes
+    from rtctl.measured.readers.hdf5_storage.presence import absence
 
     attributes = readable_attributes(dataset)
     if dataset.shape is None or "MATLAB_empty" in attributes:

@@ -83,8 +83,8 @@ class Text:
         return self.path.read_bytes()
 
     def without_blank_lines(self) -> Text:
-        """Return a copy without the lines that have blanks only."""
-        return Text(self.path, re.sub(rb"(?m)^[ \t]+\r?(\n|\Z)", b"", self.whole()))
+        """Return a copy whose lines that have blanks only are empty, so that the others keep their numbers."""
+        return Text(self.path, re.sub(rb"(?m)^[ \t]+(?=\r?(\n|\Z))", b"", self.whole()))
 
     def with_tabs(self) -> Text:
         """Return a copy whose columns, separated by any blanks, are separated by one tab."""

@@ -28,8 +28,8 @@ _OFFSET_WORDS = frozenset({"offset", "addoffset", "intercept"})
 _NO_SCALES = frozenset(
     {"full", "color", "colour", "gray", "grey", "log", "date", "due", "id", "serial", "type", "status", "number",
      "name", "time", "timestamp", "start", "utc", "zone", "delay", "wf", "ni", "certificate", "file", "lab", "by", "kp",
-     "ki", "kd", "pid", "controller", "loop", "phase", "frequency", "rate", "quality", "crest", "power", "form", "safety",
-     "margin", "damping", "duty", "q"}
+     "ki", "kd", "pid", "controller", "loop", "phase", "frequency", "rate", "quality", "crest", "power", "form",
+     "safety", "margin", "damping", "duty", "q"}
 )  # fmt: skip
 """Words beside that for a scale with which it scales no numbers of a column."""
 _FILLS = frozenset(

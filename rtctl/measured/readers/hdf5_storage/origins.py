@@ -11,8 +11,8 @@ from typing import Any
 import h5py
 import numpy as np
 
+from rtctl.measured.readers.hdf5_storage.presence import DEEPEST
 from rtctl.measured.readers.stated.attributes import readable_attributes, says_of_numbers
-from rtctl.measured.readers.storage import DEEPEST
 
 _BY_USER = h5py.h5d.FILL_VALUE_USER_DEFINED
 
