@@ -50,6 +50,25 @@ def test_each_step_names_the_next_one(
             json.loads(said)
 
 
+def test_a_run_names_what_can_be_asked_of_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for scenario, verb, setting in (
+        ("sine_1hz", "doubt", "scenario.duration=15 s"),
+        ("me_amplitude", "watch", ""),
+    ):
+        out = str(tmp_path / scenario)
+        main(["run", scenario, "--no-plot", "--out", out, *(["--set", setting] if setting else [])])
+        words = next_of(capsys.readouterr().out)
+        assert words == [verb, out]
+    assert main(["doubt", str(tmp_path / "sine_1hz")]) == 0
+
+
+def test_a_preview_goes_on_to_the_diagnosis(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["acquire", "acquire_oscillator", "--out", str(tmp_path), *SHORT, "--quiet"]) == 0
+    assert main(["preview", str(tmp_path / "dataset.toml")]) == 0
+    words = next_of(capsys.readouterr().out)
+    assert words == ["diagnose", str(tmp_path / "dataset.toml"), "--out", str(tmp_path / "answer")]
+
+
 @pytest.mark.slow
 def test_a_diagnosis_ends_with_the_experiment_or_the_extended_model(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

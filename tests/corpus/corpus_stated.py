@@ -34,6 +34,7 @@ file = "FILE"
 BY_MANIFEST = {"manifest": MANIFEST.format("sample_rate_hz = 1000.0")}
 BY_TIME = {"manifest": MANIFEST.format('time = "t"')}
 AT_800_HZ = {"manifest": MANIFEST.format("sample_rate_hz = 800.0")}
+FS_IS_1000 = 'beside its columns the file states 1000 Hz (by "fs")'
 LOST = np.where(np.arange(ROWS) == 300, -999.0, X)
 WITHOUT_300 = Right(remark="row 300", fewest=599)
 
@@ -151,7 +152,7 @@ HDF5 = (
     Situation("HDF5, a virtual dataset in another unit than its source has", virtual({"units": "um"}), refused("r.h5", '"um"', '"mm"', "correct"), {"outputs": {"displacement": "x:mm"}}),
     Situation("HDF5, a virtual dataset with its own scale", virtual({"scale_factor": 7.0}, own={"units": "mm", "scale_factor": 1e-3}, stretched=1e3), RIGHT),
     Situation("HDF5, a virtual dataset whose source has a fill value", virtual({"units": "mm", "_FillValue": float(X[300])}), WITHOUT_300),
-    Situation("HDF5, a rate beside that is not the manifest's", hdf5(fs=1000.0), refused("dataset.toml", '"fs"', "1000 Hz", "800", "correct one"), AT_800_HZ | {"file": "manifest"}),
+    Situation("HDF5, a rate beside that is not the manifest's", hdf5(fs=1000.0), Right(remark=FS_IS_1000, rate_hz=800.0), AT_800_HZ),
     Situation("HDF5, a rate beside that is the manifest's", hdf5(fs=1000.0), RIGHT, BY_MANIFEST | {"file": "manifest"}),
 )  # fmt: skip
 
@@ -163,17 +164,17 @@ MATLAB = (
     Situation("MATLAB 5, a unit in a text beside, and the user's another", mat(t=T, u=U, x=1e3 * X, x_units="um"), refused("r.mat", '"um"', '"mm"', "correct"), ASK_MM),
     Situation("MATLAB 5, units that do not say of which column", mat(t=T, u=U, x=X, units="SI"), Right(remark='units = "SI"'), TIMED),
     Situation("MATLAB 5, a gain beside", mat(t=T, u=U, x=X, gain=10.0), Right(remark="gain = 10.0"), TIMED),
-    Situation("MATLAB 5, a rate beside that is not the manifest's", mat(u=U, x=X, fs=1000.0), refused("dataset.toml", '"fs"', "1000 Hz", "800", "correct one"), AT_800_HZ | {"file": "manifest"}),
+    Situation("MATLAB 5, a rate beside that is not the manifest's", mat(u=U, x=X, fs=1000.0), Right(remark=FS_IS_1000, rate_hz=800.0), AT_800_HZ),
     Situation("MATLAB 5, a rate beside that is not the time's", mat(t=2.0 * T, u=U, x=X, fs=1000.0), Right(remark="one of every 2 samples", rate_hz=500.0), BY_TIME | {"file": "manifest"}),
-    Situation("MATLAB 5, a rate beside that no decimation gives", mat(t=0.7 * T, u=U, x=X, fs=1000.0), refused("dataset.toml", '"fs"', "1000 Hz", "correct one"), BY_TIME | {"file": "manifest"}),
+    Situation("MATLAB 5, a rate beside that no decimation gives", mat(t=0.7 * T, u=U, x=X, fs=1000.0), Right(remark=FS_IS_1000, rate_hz=1000.0 / 0.7), BY_TIME),
     Situation("MATLAB 7.3, a unit in a text beside", in_structs73(lambda file: put_text(file, "x_unit", "mm")), RIGHT, {"inputs": "u:V", "outputs": {"displacement": "x"}, "time": "t:s"}),
     Situation("MATLAB 7.3, another unit in a struct of units", in_structs73(lambda file: put_text(file, "units/x", "um")), refused("r.mat", '"um"', '"mm"', "correct"), ASK_MM),
-    Situation("MATLAB 7.3, a rate beside that is not the manifest's", matlab73(put_rate), refused("dataset.toml", '"fs"', "1000 Hz", "800", "correct one"), AT_800_HZ | {"file": "manifest"}),
+    Situation("MATLAB 7.3, a rate beside that is not the manifest's", matlab73(put_rate), Right(remark=FS_IS_1000, rate_hz=800.0), AT_800_HZ),
 )  # fmt: skip
 
 COLUMNAR = (
     Situation("NumPy, a unit in a text beside", made("r.npz", lambda path: np.savez(path, t=T, u=U, x=1e3 * X, x_unit="um")), RIGHT, {"inputs": "u:V", "outputs": {"displacement": "x"}, "time": "t:s"}),
-    Situation("NumPy, a rate beside that is not the manifest's", made("r.npz", lambda path: np.savez(path, u=U, x=X, fs=1000.0)), refused("dataset.toml", '"fs"', "1000 Hz", "800", "correct one"), AT_800_HZ | {"file": "manifest"}),
+    Situation("NumPy, a rate beside that is not the manifest's", made("r.npz", lambda path: np.savez(path, u=U, x=X, fs=1000.0)), Right(remark=FS_IS_1000, rate_hz=800.0), AT_800_HZ),
     Situation("Parquet, a unit of a column in the schema", made("r.parquet", lambda path: pq.write_table(table({"x_unit": "mm"}), path)), RIGHT),
     Situation("Parquet, another unit of a column in the schema", made("r.parquet", lambda path: pq.write_table(pa.table({"t": T, "u": U, "x": X}).replace_schema_metadata({"x_unit": "um"}), path)), refused("r.parquet", '"um"', '"mm"', "correct"), ASK_MM),
     Situation("Parquet, attributes of pandas", made("r.parquet", lambda path: pandas_with_units().to_parquet(path)), RIGHT, IN_UM),

@@ -55,7 +55,9 @@ def replace_spikes(
     for output in outputs:
         found = []
         for k, record in enumerate(cleaned):
-            at = find_spikes(record.signals[output], thresholds) if record.has(output) else ()
+            if not record.has(output):
+                continue
+            at = find_spikes(record.signals[output], thresholds)
             if not len(at):
                 continue
             found.append(_spikes(record, output, at))

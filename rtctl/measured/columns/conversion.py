@@ -128,7 +128,7 @@ class TableCache:
                 preamble.period_s, f"by {preamble.source}", preamble.rounding, is_of_device=True
             )
         if (beside := table.periods.get(name)) is not None:
-            return StatedPeriod(beside.period_s, beside.key, is_of_device=True)
+            return StatedPeriod(beside.period_s, beside.key, is_of_device=True, is_beside=True)
         return None
 
     def stated_unit(self, path: Path, name: str) -> str | None:

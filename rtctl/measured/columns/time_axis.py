@@ -32,6 +32,8 @@ class StatedPeriod(NamedTuple):
     """Relative size of the last digit with which it is written, where that matters."""
     is_of_device: bool = False
     """Whether it may be the rate of the device, of which the file has every second, third, ... sample."""
+    is_beside: bool = False
+    """Whether a variable beside the columns states it, which may be about something else."""
 
     @property
     def source(self) -> str:
@@ -86,9 +88,9 @@ def decimation(stated: StatedPeriod, sample_rate_hz: float) -> int:
 def check_stated_period(
     stated: StatedPeriod | None, name: str, sample_rate_hz: float, other: str = ""
 ) -> str:
-    """Return a remark where a file has one of several samples of the rate that it states; "": it has all.
+    """Return a remark on a rate that a file states otherwise and may: as one of several samples, in a variable.
 
-    Raises ValueError where a file states another period [s] for a column than the manifest or another column.
+    "": all agree. Raises ValueError where a file states another period [s] for a column than the manifest or another column.
 
     Args:
         stated: The period of the column; None: the file states none.
@@ -106,6 +108,12 @@ def check_stated_period(
         return (
             f"the file states {in_hz(1.0 / stated.period_s)} Hz ({stated.source}), its rows are read at {rate} Hz: as "
             f"one of every {every} samples"
+        )
+    if stated.is_beside:
+        contrary = other or "the manifest"
+        return (
+            f"beside its columns the file states {in_hz(1.0 / stated.period_s)} Hz ({stated.source}), {contrary} gives "
+            f"{rate} Hz, which is taken: are the rows that many a second?"
         )
     contrary = f"{other} goes on at {rate} Hz" if other else f"the manifest sample_rate_hz = {rate}"
     raise ValueError(

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rtctl.scenario.schema import Scenario
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -29,6 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Run the verb. Returns 0: passed its checks; 1: fault or checks not met."""
     from rtctl.api.runs import running
+    from rtctl.cli.next_step import say_next
     from rtctl.cli.options import is_quiet, output_folder, print_json
     from rtctl.cli.printing.runs import print_summary
     from rtctl.output.progress import say
@@ -44,9 +49,20 @@ def run(args: argparse.Namespace) -> int:
         print_json(outcome.summary, "run")
     elif not args.quiet:
         print_summary(outcome.summary, outcome.tuning, folder)
+    if outcome.fault is None:
+        say_next(args, next_words(outcome.scenario, folder))
     if outcome.fault is not None:
         say(f"rtctl run: {outcome.fault}: {outcome.message}", quiet=False)
     return 0 if outcome.passed else 1
+
+
+def next_words(scenario: Scenario, folder: Path) -> list[object]:
+    """Return the words of the next command: whether the device still is its model, where that can be asked."""
+    from rtctl.registry import plant_kind
+
+    is_closed = scenario.reference is not None
+    can_be_doubted = is_closed and plant_kind(scenario.scenario.plant).belief is not None
+    return ["doubt" if can_be_doubted else "watch", folder]
 
 
 def _run_on_board(args: argparse.Namespace, folder: Path) -> int:

@@ -130,4 +130,6 @@ def next_words(diagnosis: Diagnosis, args: argparse.Namespace, folder: Path) -> 
         return ["acquire", folder / "next-experiment.toml", "--out", folder / "next"]
     if diagnosis.model is not None:
         return ["simulate", folder / "model-extended.toml", args.dataset, "--out", folder / "simulated"]
+    if diagnosis.verdict == "adequate":
+        return ["simulate", args.model or folder / "model.toml", args.dataset, "--out", folder / "simulated"]
     return []

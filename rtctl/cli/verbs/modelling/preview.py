@@ -15,6 +15,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Run the verb."""
     from rtctl.api.first_look.preview import preview
+    from rtctl.cli.next_step import say_next
     from rtctl.cli.options import output_file, print_json
     from rtctl.cli.printing.first_look import print_preview
 
@@ -27,4 +28,6 @@ def run(args: argparse.Namespace) -> int:
         print_preview(shown)
         if picture is not None:
             print(f"wrote {picture}")
+    if shown.summary.plant != "equations":  # which need a model file, whose name only the user knows
+        say_next(args, ["diagnose", args.dataset, "--out", args.dataset.parent / "answer"])
     return 0

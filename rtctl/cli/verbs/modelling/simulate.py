@@ -31,7 +31,12 @@ def run(args: argparse.Namespace) -> int:
     elif not args.quiet:
         print_comparison(comparison.summary, folder, drawn=drawn)
     warn_of_divergence(comparison)
-    if not comparison.diverged:
+    if not comparison.diverged and not is_diagnosed(folder, args.model.parent):
         answer = answer_folder(folder.parent, args.model)
         say_next(args, ["diagnose", args.dataset, "--model", args.model, "--out", answer])
     return 1 if comparison.diverged else 0
+
+
+def is_diagnosed(*folders: Path) -> bool:
+    """Return whether a diagnosis came before: its answer is in one of the folders, or around it."""
+    return any((one / "diagnosis.json").exists() for folder in folders for one in (folder, folder.parent))
