@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import importlib
 import io
 import os
 import re
+import shlex
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
 
@@ -128,9 +131,29 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the reader of our output went away: nothing left to tell
         sys.stderr.close()
         return 1
-    except (OSError, MemoryError) as error:  # a full disk, a duration of years
+    except MemoryError as error:  # a duration of years
         print(f"rtctl {args.verb}: {error}", file=sys.stderr)
         return 1
+    except OSError as error:  # a full disk
+        print(f"rtctl {args.verb}: {_about_system(error, args)}", file=sys.stderr)
+        return 1
+
+
+def _about_system(error: OSError, args: argparse.Namespace) -> str:
+    """Return what the system refused, where, and what to do."""
+    where = error.filename2 or error.filename or getattr(args, "out", None)
+    text = f"{where}: {error.strerror}" if where is not None and error.strerror else str(error)
+    if error.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+        return text
+    kept = "" if where is None else _kept(Path(str(where)))
+    return f"{text}; free some space, or write elsewhere with --out{kept}"
+
+
+def _kept(where: Path) -> str:
+    """Return how to get at what a run recorded before the disk was full; "": there is no such recording."""
+    folder = where if where.is_dir() else where.parent
+    is_there = all((folder / name).exists() for name in ("signals.rec", "timing.rec", "events.jsonl"))
+    return f". What was recorded by then stays: rtctl recover {shlex.quote(str(folder))}" if is_there else ""
 
 
 def _replace_closed_streams() -> None:

@@ -65,8 +65,18 @@ def test_a_full_disk_is_one_message_with_the_file_and_leaves_no_part_of_it(tmp_p
     (tmp_path / "r.csv").write_text(TABLE)
     done = shell("trap '' XFSZ; ulimit -f 0; rtctl init r.csv --yes --no-plot --out new", tmp_path)
     assert done.returncode == 1
-    assert done.stderr.decode().strip() == "rtctl init: [Errno 27] File too large: 'new/dataset.toml'"
+    assert done.stderr.decode().strip() == (
+        "rtctl init: new/dataset.toml: File too large; free some space, or write elsewhere with --out"
+    )
     assert list((tmp_path / "new").iterdir()) == []
+
+
+def test_a_disk_without_room_for_a_recording_is_said_with_its_folder(tmp_path: Path) -> None:
+    done = shell("trap '' XFSZ; ulimit -f 200; rtctl run me_amplitude --out new --no-plot", tmp_path)
+    said = done.stderr.decode().strip().splitlines()[-1]
+    assert done.returncode == 1
+    assert said.startswith("rtctl run: new")
+    assert said.endswith("; free some space, or write elsewhere with --out")
 
 
 @pytest.mark.parametrize(

@@ -90,7 +90,8 @@ def check_stated_period(
 ) -> str:
     """Return a remark on a rate that a file states otherwise and may: as one of several samples, in a variable.
 
-    "": all agree. Raises ValueError where a file states another period [s] for a column than the manifest or another column.
+    "": all agree. Raises ValueError where a file states another period [s] for a column than the manifest or another
+    column.
 
     Args:
         stated: The period of the column; None: the file states none.
