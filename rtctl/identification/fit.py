@@ -72,9 +72,9 @@ class Fit:
             found: FloatArray = self.covariance / np.outer(self.standard_errors, self.standard_errors)
         return found
 
-    def describe_doubts(self) -> list[str]:
+    def describe_doubts(self, *, with_errors: bool = True) -> list[str]:
         """Describe what the data do not determine, how the fit ended, and which parameters are on a bound."""
-        said = list(self.determinability.describe())
+        said = list(self.determinability.describe(with_intervals=with_errors))
         if self.status != "converged":
             said.append(f"the fit {self.status}" if self.status.startswith("stopped") else str(self.status))
         for k, name in zip(self.free, self.names, strict=True):

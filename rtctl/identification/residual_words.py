@@ -17,6 +17,10 @@ GOOD, FAIR, POOR = 0.05, 0.15, 0.30
 trusted."""
 QUICK = 0.7
 """Share of the residual's power between neighbouring samples from which it looks like noise."""
+NO_INTERVALS = (
+    "no standard errors and intervals are given: the {left:.3g} % that this fit leaves are no noise, so the model "
+    "lacks something, and each value may be off by more than an interval would say"
+)
 LEAST_SAMPLES = 8
 """Samples of a residual below which nothing is said of its form."""
 
@@ -42,6 +46,12 @@ def judge_residual(share: float, residuals: Sequence[FloatArray] = ()) -> str:
         f"{size}{usual}: it is smoother than noise, so the model lacks something or a value is off; "
         "rtctl diagnose looks for it"
     )
+
+
+def lacks_something(share: float, residuals: Sequence[FloatArray]) -> bool:
+    """Return whether what a fit leaves is neither small nor like noise: its values are then off by what it lacks."""
+    series = [one for one in residuals if len(one) >= LEAST_SAMPLES and np.any(one)]
+    return share > GOOD and bool(series) and not looks_like_noise(series)
 
 
 def looks_like_noise(series: Sequence[FloatArray]) -> bool:

@@ -173,3 +173,26 @@ def test_a_misread_sample_is_told_and_costs_nothing(tmp_path: Path, signal: str)
     assert found.trusted
     assert any(f"9999 {'V' if signal == 'drive' else 'mm'} in sample 700" in note for note in found.warnings)
     assert found.parameters["drive_gain"].value == pytest.approx(GAIN, rel=0.02)
+
+
+def test_what_is_no_noise_leaves_no_intervals(tmp_path: Path) -> None:
+    """A drive that is read too high: the fit is usable, its intervals missed the truth by seven errors."""
+    drive = noise_drive(1)
+    read = drive + 0.5 * drive.std()
+    found = identified(tmp_path, (read, played(drive)))
+    assert found.trusted
+    assert all(one.standard_error is None for one in found.parameters.values())
+    assert any("this fit leaves are no noise" in note for note in found.warnings)
+    assert not any("its interval" in note for note in found.warnings)
+    assert any("um too high on average" in note for note in found.warnings)
+
+
+def test_much_noise_leaves_intervals(tmp_path: Path) -> None:
+    drive = noise_drive(1)
+    z = played(drive)
+    found = identified(
+        tmp_path, (drive, z + 0.1 * z.std() * np.random.default_rng(4).standard_normal(len(z)))
+    )
+    gain = found.parameters["drive_gain"]
+    assert gain.standard_error is not None
+    assert abs(gain.value - GAIN) < 4.0 * gain.standard_error

@@ -19,6 +19,7 @@ from rtctl.identification.fit import Fit, FitError
 from rtctl.identification.fit_record import FitRecord, make_fit_record, select_fit_records
 from rtctl.identification.hold_comparison import HoldDoubt, compare_holds
 from rtctl.identification.least_squares.levenberg_marquardt import Minimum, minimise
+from rtctl.identification.residual_words import NO_INTERVALS, lacks_something
 from rtctl.identification.simulation_error.inference import infer
 from rtctl.identification.simulation_error.output_error import (
     FitOptions,
@@ -108,7 +109,8 @@ def identify_equations(
     fit, held = _with_known_scale(simulation, fit, records, options, report)
     output, left = _residual_share(fit, records)
     trusted = left <= MAX_RESIDUAL_SHARE
-    fitted = write_fitted(model, fit, with_errors=trusted)
+    lacking = trusted and lacks_something(left, [outputs[output] for outputs in fit.residuals.values()])
+    fitted = write_fitted(model, fit, with_errors=trusted and not lacking)
     doubt = HoldDoubt()
     if trusted:
         report("comparing holds of the inputs", 1.0)
@@ -119,9 +121,10 @@ def identify_equations(
         reason=f"{reason}, free runs leave {100.0 * left:.2g} % of the variation of {output}",
         warnings=(
             *(() if trusted else (NOT_TRUSTED.format(100.0 * left, output),)),
+            *((NO_INTERVALS.format(left=100.0 * left),) if lacking else ()),
             *held,
             *((doubt.text,) if doubt.text else ()),
-            *fit.describe_doubts(),
+            *fit.describe_doubts(with_errors=trusted and not lacking),
         ),
         records=records,
         tested=_test(build(fitted, dataset.units, source), dataset),

@@ -61,8 +61,8 @@ class Determinability:
             )
         )
 
-    def describe(self) -> tuple[str, ...]:
-        """Return the findings as sentences, for a person and for the model file's warnings."""
+    def describe(self, *, with_intervals: bool = True) -> tuple[str, ...]:
+        """Return the findings as sentences, those on intervals only where the values have some."""
         said = [f"these data say nothing of {name}: it has no effect on them" for name in self.insensitive]
         for one in self.confounded:
             fixed = f"; they fix {one.fixed}" if one.fixed else ""
@@ -73,7 +73,8 @@ class Determinability:
                 f"these data cannot tell {_join_names(one.names)} apart (each by itself {error}){fixed}; "
                 "a start from rest, a ring-down, several tones or another amplitude would"
             )
-        said += [f"{name} is not significant: its interval holds zero" for name in self.insignificant]
+        if with_intervals:
+            said += [f"{name} is not significant: its interval holds zero" for name in self.insignificant]
         return tuple(said)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
 from rtctl.border.model_file import ModelFile
+from rtctl.border.motion import with_displacement
 from rtctl.border.simulation import Simulation
 from rtctl.identification.fit import Fit, FitError
 from rtctl.identification.fit_record import FitRecord, select_fit_records
@@ -24,7 +25,7 @@ from rtctl.identification.oscillator.writing import (
     write_model,
 )
 from rtctl.identification.regression.weak_form import WeakFit
-from rtctl.identification.residual_words import GOOD, looks_like_noise
+from rtctl.identification.residual_words import NO_INTERVALS, lacks_something
 from rtctl.identification.simulation_error.multiple_shooting import ShootingOptions, fit_multiple_shooting
 from rtctl.identification.simulation_error.output_error import (
     MultiStartOptions,
@@ -117,22 +118,24 @@ def identify_oscillator(
     starts = generate_starts(simulation, records, options.starts, options.seed, trust_own=model is not None)
     fit, reason, free_share = _fit_by_suitable_method(simulation, records, starts, options, report)
     doubt = _describe_doubt(_compute_residual_share(fit, records, without_mean=True), free_share)
+    lacking = not doubt and _lacks_something(fit, records)
     held = HoldDoubt()
     if not (doubt or _is_undriven(records)):
         report("comparing holds of the drive", 1.0)
         compared, refit = make_refit(fit, records, options.fit)
         held = compare_holds(fit, compared, refit, dataset.path)
     return OscillatorFit(
-        model=write_model(start, fit, with_errors=not doubt),
+        model=write_model(start, fit, with_errors=not (doubt or lacking)),
         trusted=not doubt,
         fit=fit,
         weak=starts.weak,
         reason=reason,
         warnings=(
             *((NOT_TRUSTED.format(left=doubt),) if doubt else ()),
+            *((NO_INTERVALS.format(left=100.0 * _compute_residual_share(fit, records)),) if lacking else ()),
             *((UNDRIVEN,) if undriven else ()),
             *((held.text,) if held.text else ()),
-            *collect_warnings(fit),
+            *collect_warnings(fit, with_displacement(dataset.units), with_errors=not (doubt or lacking)),
         ),
         records=records,
         correction=held.correction,
@@ -240,7 +243,7 @@ def _lacks_something(fit: Fit, records: tuple[FitRecord, ...]) -> bool:
     """Return whether what a fit leaves is neither small nor like noise."""
     output = next(iter(fit.rms))
     left = [outputs[output] for outputs in fit.residuals.values()]
-    return _compute_residual_share(fit, records) > GOOD and not looks_like_noise(left)
+    return lacks_something(_compute_residual_share(fit, records), left)
 
 
 def _compute_residual_share(fit: Fit, records: tuple[FitRecord, ...], *, without_mean: bool = False) -> float:

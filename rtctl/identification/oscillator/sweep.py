@@ -92,7 +92,10 @@ def identify_sweeps(
         fit=fit,
         weak=None,
         reason=f"the simulated steady state follows the sweeps to {100.0 * left:.2g} %",
-        warnings=(*((NOT_TRUSTED.format(left=doubt),) if doubt else ()), *collect_warnings(fit)),
+        warnings=(
+            *((NOT_TRUSTED.format(left=doubt),) if doubt else ()),
+            *collect_warnings(fit, dataset.units, with_errors=not doubt),
+        ),
         records=records,
         trusted=not doubt,
     )

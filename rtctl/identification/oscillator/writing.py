@@ -12,6 +12,7 @@ from rtctl.border.simulation import FreeParameter, Simulation
 from rtctl.border.statistics import NORMAL_95
 from rtctl.identification.fit import Fit
 from rtctl.identification.oscillator.response import describe_response
+from rtctl.output.readable_units import readable
 
 KIND = "oscillator"
 NOMINAL = ("damping", "stiffness", "stiffness_cubic", "drive_gain")
@@ -76,25 +77,32 @@ def _write_value(old: Value, parameter: FreeParameter, value: float, error: floa
     return Value(value=value * factor, unit=unit, **known)
 
 
-def collect_warnings(fit: Fit) -> tuple[str, ...]:
-    """Return what a user must know of a fit: what is undetermined, on a bound, or left as a constant."""
-    said = fit.describe_doubts()
+def collect_warnings(fit: Fit, units: Mapping[str, str], *, with_errors: bool) -> tuple[str, ...]:
+    """Return what a user must know of a fit: what is undetermined, on a bound, or left as a constant.
+
+    Args:
+        fit: The fit.
+        units: Units of its outputs.
+        with_errors: Whether its values have standard errors.
+    """
+    said = fit.describe_doubts(with_errors=with_errors)
     if fit.method == "multiple_shooting" and fit.simulation.mechanisms:
         said.append("a mechanism with a memory or a clock of its own began anew with each segment")
     said += filter(None, [describe_response(fit.simulation)])
-    return (*said, *_describe_offsets(fit))
+    return (*said, *_describe_offsets(fit, units))
 
 
-def _describe_offsets(fit: Fit) -> list[str]:
+def _describe_offsets(fit: Fit, units: Mapping[str, str]) -> list[str]:
     """Describe residuals that are mostly a constant, which has a simple cause."""
     said = []
     for record, outputs in fit.residuals.items():
         for name, residual in outputs.items():
             mean, rms = float(np.mean(residual)), fit.record_rms[record][name]
             if abs(mean) > CONSTANT_RESIDUAL_RATIO * rms:
+                size, side = readable(abs(mean), units[name]), "high" if mean > 0.0 else "low"
                 said.append(
-                    f"record {record}: {name} is simulated {abs(mean):.3g} too {'high' if mean > 0.0 else 'low'} on "
-                    f"average, {100.0 * (mean / rms) ** 2:.0f} % of its residual's power: a start model (--model) with "
+                    f"record {record}: {name} is simulated {size} too {side} on average, "
+                    f"{100.0 * (mean / rms) ** 2:.0f} % of its residual's power: a start model (--model) with "
                     "sensor.offset or drive.offset would take that"
                 )
     return said
