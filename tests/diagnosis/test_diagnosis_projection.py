@@ -120,3 +120,38 @@ def test_what_a_records_own_unknowns_follow_is_no_direction_and_leaves_the_noise
     projected = project([rows], noise)
     assert projected.usable.tolist() == [False, True, True]
     assert projected.single()[0] == 0.0
+
+
+def in_a_band(draw: np.random.Generator, noise: np.ndarray, directions: int, highest: float) -> RecordRows:
+    """A record whose directions are sines and cosines below a frequency [periods per sample], nearly all of them."""
+    samples = len(noise)
+    phases = 2.0 * np.pi * np.outer(np.linspace(0.5 / samples, highest, directions // 2), np.arange(samples))
+    lines = np.concatenate([np.sin(phases), np.cos(phases)])[:, None]
+    return RecordRows(
+        residual=noise[None], shared=lines[::40] + 0.1 * draw.standard_normal(lines[::40].shape),
+        local=np.exp(-0.02 * np.arange(samples))[None, None], directions=lines,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("directions", [60, 180])
+def test_directions_that_fill_a_band_leave_the_noise_its_size(directions: int) -> None:
+    """The hole that they leave became the noise's colour, and a chi-squared of 140 expected came as 400."""
+    ratios = []
+    for seed in range(8):
+        draw = np.random.default_rng(seed)
+        row = in_a_band(draw, draw.standard_normal(600), directions, 0.15)
+        noise = estimate_noise([row], slow=True)
+        assert noise[0].mean_square == pytest.approx(1.0, rel=0.25)
+        projected = project([row], noise)
+        statistic, rank = projected.block(np.arange(directions))
+        ratios.append(statistic / rank)
+    assert np.mean(ratios) == pytest.approx(1.0, abs=0.12)
+
+
+def test_noise_with_a_colour_keeps_it_under_directions_that_fill_a_band() -> None:
+    draw = np.random.default_rng(3)
+    coloured = lfilter([1.0], [1.0, -0.6], draw.standard_normal(1600))[400:]
+    row = in_a_band(draw, coloured, 180, 0.05)
+    noise = estimate_noise([row], slow=True)[0]
+    assert noise.mean_square == pytest.approx(1.0 / (1.0 - 0.36), rel=0.25)
+    assert noise.coefficients[0] == pytest.approx(-0.6, abs=0.12)

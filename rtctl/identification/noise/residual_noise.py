@@ -49,6 +49,16 @@ class NoiseModel(NamedTuple):
     others: tuple[NoiseModel, ...] = ()
     """Models for other sample periods: an autoregression is one of samples, a sensor's noise one of seconds."""
 
+    @property
+    def parameters(self) -> int:
+        """Number of values that describe its form, without its size."""
+        own = (
+            len(self.coefficients)
+            + PARAMETERS * len(self.resonant)
+            + (0 if self.slow is None else len(self.slow))
+        )
+        return own + sum(one.parameters for one in self.others)
+
     def for_period(self, period_s: float) -> NoiseModel:
         """Return the model for a sample period [s]: this one, one of the others, or this one decimated."""
         for one in (self, *self.others):

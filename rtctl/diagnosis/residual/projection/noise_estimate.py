@@ -6,11 +6,13 @@ Reference: H. D. Patterson, R. Thompson, Biometrika 58 (1971) 545, here by expec
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.diagnosis.residual.projection.projected import solve_least_squares
+from rtctl.diagnosis.residual.projection.restricted_likelihood import most_likely
 from rtctl.diagnosis.residual.projection.rows import DEFAULT_THRESHOLDS, RecordProjection, RecordRows
 from rtctl.diagnosis.thresholds import ResidualThresholds
 from rtctl.identification.noise.residual_noise import (
@@ -35,7 +37,8 @@ def estimate_noise(
     Directions take the noise that lies along them, all of them near a resonance. The spectrum of the unexplained
     residual alone has a hole there, and every statistic would be too large. Under a noise model the unexplained
     residual and the covariance of what was taken are known (generalised least squares), and both together give the
-    next model.
+    next model. Of few samples the directions take nearly all in a band, and what began as a hole stays one: then the
+    noise is estimated from a white start as well, and the likelier model counts.
 
     Args:
         rows: All records; those of another sample period get a noise model of their own.
@@ -46,7 +49,26 @@ def estimate_noise(
     """
     white = [NoiseModel(np.empty(0), 1.0)] * rows[0].residual.shape[0]
     split = _split(rows, white, thresholds)
-    models = _start_with_peak(rows, split, resonances, thresholds)
+    start = _start_with_peak(rows, split, resonances, thresholds)
+    found = _iterate(rows, split, start, resonances, slow, starts_white, thresholds)
+    directions = len(split[0].gram) - 1
+    if starts_white or directions <= thresholds.crowded_share * sum(row.residual.size for row in rows):
+        return found
+    further = replace(thresholds, noise_iterations=thresholds.crowded_iterations)
+    other = _iterate(rows, split, [], resonances, slow, True, further)
+    return most_likely(rows, (found, other), thresholds)
+
+
+def _iterate(
+    rows: Sequence[RecordRows],
+    split: Sequence[RecordProjection],
+    models: Sequence[NoiseModel],
+    resonances: Sequence[Resonance],
+    slow: bool,
+    starts_white: bool,
+    thresholds: ResidualThresholds,
+) -> list[NoiseModel]:
+    """Return the noise after some iterations from `models`; [] starts from what white noise leaves unexplained."""
     is_sized = bool(models)  # the unit of white noise of 1 is not that of the noise
     if is_sized:
         split = _split(rows, models, thresholds)
@@ -65,7 +87,7 @@ def estimate_noise(
         is_sized = True
         if turn < turns - 1:
             split = _split(rows, models, thresholds)
-    return models
+    return list(models)
 
 
 def _split(
