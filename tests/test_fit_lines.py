@@ -23,9 +23,9 @@ def test_a_line_a_stage_and_one_now_and_then() -> None:
     assert printed == [
         "diagnose x: 0:00, the nominal model",
         "diagnose x: 0:00, causes one at a time",
-        "diagnose x: 0:16, causes one at a time, 31 fits so far, 16% of the work budget, at most 1:24 more",
-        "diagnose x: 0:30, sets of 2 causes, 61 fits so far, 30% of the work budget, at most 1:10 more",
-        "diagnose x: 0:46, sets of 2 causes, 91 fits so far, 46% of the work budget, at most 0:54 more",
+        "diagnose x: 0:16, causes one at a time, 31 fits so far, 16% of the work budget, about 1:24 for the rest",
+        "diagnose x: 0:30, sets of 2 causes, 61 fits so far, 30% of the work budget, about 1:10 for the rest",
+        "diagnose x: 0:46, sets of 2 causes, 91 fits so far, 46% of the work budget, about 0:54 for the rest",
     ]
     lines.show("the next experiment")
     assert printed[-1] == "diagnose x: 1:00, the next experiment, 120 fits so far", (

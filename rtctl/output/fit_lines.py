@@ -69,5 +69,5 @@ def work_texts(elapsed_s: float, share: float | None) -> list[str]:
         return ["the work budget is used up: the last comparisons"]
     said = [f"{share:.0%} of the work budget"]
     if elapsed_s >= SOON_S and share >= LEAST_SHARE:
-        said.append(f"at most {clock_text(elapsed_s * (1.0 - share) / share)} more")
+        said.append(f"about {clock_text(elapsed_s * (1.0 - share) / share)} for the rest")
     return said

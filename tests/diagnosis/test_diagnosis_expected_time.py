@@ -30,7 +30,8 @@ def fitted(tmp_path_factory: pytest.TempPathFactory) -> tuple[Problem, Hypothesi
 
 def test_a_user_reads_times_of_what_may_be_found() -> None:
     assert ExpectedTime(25.0, 70.4, 260.0).text == (
-        "about 0:25 if one cause explains it, 1:10 if it takes two, at most 4:20; less if nothing is wrong"
+        "about 0:25 if one cause explains it, 1:10 if it takes two, 4:20 if it uses up its work budget; "
+        "less if nothing is wrong"
     )
     assert ExpectedTime(25.0, 70.4, inf).text == (
         "about 0:25 if one cause explains it, 1:10 if it takes two; less if nothing is wrong"

@@ -35,7 +35,7 @@ class ExpectedTime(NamedTuple):
     @property
     def text(self) -> Lasting:
         """Return what a user is told; it stays on the screen."""
-        most = f", at most {clock_text(self.most_s)}" if self.most_s < inf else ""
+        most = f", {clock_text(self.most_s)} if it uses up its work budget" if self.most_s < inf else ""
         return Lasting(TEXT.format(clock_text(self.one_s), clock_text(self.two_s), most))
 
 
