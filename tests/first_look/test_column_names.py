@@ -46,6 +46,8 @@ from rtctl.measured.proposal.survey import Column
         ("f [Hz]", "none", "Hz"),
         ("temp [degC]", "none", "degC"),
         ("x_m", "displacement", ""),
+        ("heater_W", "", "W"),
+        ("supply_mbar", "drive", "mbar"),
         ("A1", "", ""),
         ("weight_g", "", ""),
         ("mass [g]", "", ""),

@@ -46,7 +46,7 @@ _LETTERS = {
 }  # fmt: skip
 _MEANING = {word: quantity for quantity, words in _WORDS.items() for word in words.split()}
 _WRITTEN_UNIT = re.compile(
-    r"[munpkMµμ]?(?:V|A|N|Ohm|ohm|Ω|Pa|Hz|T|Nm)|[munpkcµμ]?m|[munµμ]?s|sec|g|m?rad|deg|"
+    r"[munpkMµμ]?(?:V|A|N|W|J|Ohm|ohm|Ω|Pa|Hz|T|Nm)|m?bar|psi|rpm|[munpkcµμ]?m|[munµμ]?s|sec|g|m?rad|deg|"
     r"(?:[muncµμ]?m)(?:/|_|p)?s(?:2|\^2|²|s)?|mps2?|ms2|mms2?|rad(?:/|_)s(?:2|\^2)?"
 )
 """Units that stand at the end of a name without brackets; `in` (inch) is not among them: it means input."""
