@@ -308,3 +308,12 @@ def test_a_finding_of_all_records_of_a_file_is_told_once(
     said = capsys.readouterr().err
     assert said.count('no column "y [mm]"') == 1
     assert "(the same in 1 more record)" in said
+
+
+def test_the_example_keeps_what_was_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = table(tmp_path, "a,b,ch1 [mm],ch2 [mm]\n", M.t, M.u, M.x, M.v)
+    said = refusal(capsys, path, "--time", "a:s", "--input", "b:V", "--hold", "zero")
+    example = said.partition("for example: ")[2].strip()
+    assert example.endswith("--time a:s --hold zero --input b:V --output 'displacement=ch1 [mm]'")
+    said = refusal(capsys, path, "--time", "a:s", "--output", "displacement=ch1 [mm]")
+    assert said.count("--input") == 2, "the option, and the example"

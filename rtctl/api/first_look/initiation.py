@@ -158,7 +158,7 @@ def init(  # noqa: PLR0913
     surveys = by_groups(survey_files(paths), answers)
     folder = target_folder(paths, out, force=force)
     proposal = propose(surveys, answers)
-    refuse_open(proposal, [str(path) for path in paths])
+    refuse_open(proposal, [str(path) for path in paths], answers)
     return write_proposal(proposal, folder, plot=plot)
 
 

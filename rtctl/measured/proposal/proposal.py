@@ -58,6 +58,19 @@ class Answers:
     """Records that no fit uses: the name of a file or of a group in it, "last-third" or "none"."""
     name: str | None = None
 
+    def as_options(self) -> list[tuple[str, str]]:
+        """Return what was said as options of a command line, each with its word."""
+        single = {
+            "--plant": self.plant, "--model": None if self.model is None else str(self.model.path),
+            "--time": self.time, "--hold": self.hold, "--test": self.test, "--name": self.name,
+            "--sample-rate": None if self.sample_rate_hz is None else f"{self.sample_rate_hz:.12g}",
+        }  # fmt: skip
+        several = {"--input": self.inputs, "--output": self.outputs, "--scale": self.scales}
+        return [
+            *((key, value) for key, value in single.items() if value is not None),
+            *((key, one) for key, texts in several.items() for one in texts),
+        ]
+
     def __post_init__(self) -> None:
         rate = self.sample_rate_hz
         if self.model is not None and self.plant not in (None, self.model.plant):

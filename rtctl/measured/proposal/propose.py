@@ -131,7 +131,7 @@ def _with_named_input(kind: PlantKind, answers: Answers) -> PlantKind:
     return replace(kind, signals=signals)
 
 
-def refuse_open(proposal: Proposal, files: Sequence[str]) -> None:
+def refuse_open(proposal: Proposal, files: Sequence[str], answers: Answers) -> None:
     """Raise InputError with everything that cannot be known and the options that settle it, if there is something."""
     if not proposal.opens:
         return
@@ -155,8 +155,21 @@ def refuse_open(proposal: Proposal, files: Sequence[str]) -> None:
     if others:
         lines.append("  not used: " + "; ".join(others[:8]))
     words = [word for one in proposal.opens for word in _as_words(one)]
-    lines.append(f"  for example: rtctl init {shlex.join([*files, *words])}")
+    said = [pair for pair in answers.as_options() if not _is_asked(pair, proposal.opens, words)]
+    lines.append(
+        f"  for example: rtctl init {shlex.join([*files, *(one for pair in said for one in pair), *words])}"
+    )
     raise InputError("\n".join(lines))
+
+
+def _is_asked(said: tuple[str, str], opens: Sequence[Open], words: Sequence[str]) -> bool:
+    """Return whether an option that was given is asked for again: the same one, or of the same signal."""
+    option, text = said
+    if option in ("--input", "--output", "--scale"):
+        name = text.partition("=")[0].strip() if "=" in text else None
+        asked = [one.key for one in opens if one.option.startswith(option)]
+        return bool(asked) if name is None else name in asked
+    return option in words
 
 
 def _as_words(one: Open) -> list[str]:

@@ -80,7 +80,7 @@ def run(args: argparse.Namespace) -> int:
     if not (asks or args.yes or is_quiet(args)):
         print("no terminal: nothing is asked, and the guesses are taken as with --yes", file=sys.stderr)
     proposal = ask_all(surveys, answers) if asks else propose(surveys, answers)
-    refuse_open(proposal, [str(path) for path in paths])
+    refuse_open(proposal, [str(path) for path in paths], answers)
     output_folder(folder)
     found = write_proposal(proposal, folder, plot=not args.no_plot)
     if args.json:
