@@ -40,6 +40,8 @@ MOST_KEPT = 32
 CONVERGED = 1e-6
 """Change of the states, relative to their swing, below which twice as many implicit steps do nothing."""
 MOST_DOUBLINGS = 8
+ONSET = 0.1
+"""Share of the largest change from which on it is there: later it may only have grown."""
 DISTINCT_LANES = 4
 """Lanes at most whose slopes are looked at, where lanes are not neighbours."""
 MOST_BETWEEN = 8
@@ -193,13 +195,23 @@ class Marching(NamedTuple):
             self._check_fit(finer, kept)
             y = self._run(finer)
             swing = np.maximum(np.ptp(y[:, :, 0], axis=0), 1e-6 * np.abs(y[:, :, 0]).max(axis=0))
-            change = np.abs(y[:, :, 0] - x[:, :, 0]).max(axis=0)
-            if not np.isfinite(y[:, :, 0]).all() or (change <= CONVERGED * swing).all():
+            change = np.abs(y[:, :, 0] - x[:, :, 0])
+            if not np.isfinite(y[:, :, 0]).all() or (change.max(axis=0) <= CONVERGED * swing).all():
                 return how, x
             how, x = finer, y
-        raise ValueError(
-            f"the model is stiff, and {how.substeps} implicit steps between two samples do not resolve what is left: "
-            "something jumps or is far faster than the samples; smooth it, or leave it out"
+        raise ValueError(self._about_unresolved(how, change / np.maximum(swing, 1e-300)))
+
+    def _about_unresolved(self, how: Plan, change: FloatArray) -> str:
+        """Return which state halved steps change most, and when first; `change` (samples, states) by its swing."""
+        worst = int(np.argmax(change.max(axis=0)))
+        at = int(np.argmax(change[:, worst] > ONSET * change[:, worst].max()))
+        state = self.system.states[worst]
+        return (
+            f"the model is stiff, and {how.substeps} implicit steps between two samples do not resolve the state "
+            f"{state.name}: half as many change it by {100.0 * float(change.max()):.2g} % of its swing, from "
+            f"{at * self.stimulus.period_s:.6g} s on. Something in its rate jumps there or is far faster than the "
+            "samples, such as a sign or a square root whose argument passes through 0: smooth it (sqrt(abs(d) + eps)), "
+            "or leave it out"
         )
 
     def _is_near(self, place: FloatArray) -> bool:
