@@ -15,6 +15,7 @@ from rtctl.border.units.quantities import QUANTITY, parse_quantity
 from rtctl.border.units.unit_text import parse_base_quantity
 from rtctl.measured.columns.alignment import describe_leads, leading_rows
 from rtctl.measured.columns.conversion import TableCache, check_finite
+from rtctl.measured.columns.outliers import describe_far_readings
 from rtctl.measured.columns.time_axis import (
     check_stated_period,
     resampled,
@@ -297,6 +298,8 @@ def _columns(
                 values = (1.0 if table.scale is None else table.scale) * values + (table.offset or 0.0)
                 if remark := _below_zero(values, table.unit, table.offset):
                     reading.findings.remark(f"signals.{name}: {remark}")
+            if remark := describe_far_readings(values, column, table.unit, first):
+                reading.findings.remark(f"{where}: {remark}")
             columns[name] = convert_column(values, table.unit, reading.unit(name))
     if entry.time is None:
         return columns, None

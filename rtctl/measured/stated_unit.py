@@ -41,6 +41,9 @@ _TWO_MEANINGS = {
     "°": ("degree", "degC"),
     "mil": ("thou", "mil"),
     "mils": ("thou", "mil"),
+    "MM": ("mm",),
+    "CM": ("cm",),
+    "UM": ("um",),
 }
 _FULL_NAMES = re.compile(
     r"((?:micro|milli|centi|nano|kilo|mega)?"
@@ -48,8 +51,16 @@ _FULL_NAMES = re.compile(
     r"henry|farad|watt|joule|gram))(s|es)?\b",
     re.IGNORECASE,
 )
-_EXPONENT = re.compile(r"(?<=[^\W\d_])(-?\d)(?![\d.]*[^\W\d_])")
-"""A digit right after a name, and no name after it: s2, s-2."""
+_EXPONENT = re.compile(r"(?<=[^\W\d_])(?<!\d[eE])(-?\d)(?![\d.]*[^\W\d_])")
+"""A digit right after a name, and no name after it: s2, s-2; none of 1e-3."""
+_TIMES_TEN = re.compile(
+    r"\s*(?:10\s*(?:\^|\*\*)\s*(?P<power>[+-]?\d{1,2})|1?[eE](?P<short>[+-]?\d{1,2})|(?P<plain>1\.?0*|10+|0?[.,]0*1))"
+    r"\s*[*·×x ]\s*(?P<unit>[^\W\d_].*)"
+)
+"""A power of ten before a unit: `1e-3 m`, `10^-6 m`, `0.001 m`, `E-6*m`."""
+_PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", -2: "c", 0: "", 3: "k", 6: "M", 9: "G"}
+_NUMBERED = re.compile(r"[\d.,]+(?:[eE^][+-]?\d+)?\s*[*·× ]\s*[^\W\d_]\S*")
+"""A number before a unit, which is no unit of the list: `0.1 mm`."""
 _CELSIUS = re.compile(r"^\s*(deg(?:rees?)?\s*C(?:elsius)?|°\s*C|℃|celsius)\s*$", re.IGNORECASE)
 _IN_NAME = re.compile(r"^(?P<name>.*\S)\s*[\[(](?P<unit>[^\[\]()]*(?:\([^()]*\))?[^\[\]()]*)[\])]\s*$")
 _TIME_SUFFIX = re.compile(r"(?:^|[_\s])(ns|us|µs|μs|ms|sec|s|min)$|(?:^|[_\s])(nanos|micros|millis|seconds)$")
@@ -148,12 +159,32 @@ def _is_of(stated: AmplitudeUnit, told: AmplitudeUnit) -> bool:
 
 def normalised(stated: str) -> str:
     """Return a stated unit as pint reads it: `m/s2` as `m/s^2`, `kOhm` as `kohm`, `deg C` as `degC`."""
-    text = stated.strip().replace("º", "°")
+    text = _with_prefix(stated.strip().replace("º", "°"))
     if _CELSIUS.match(text):
         return "degC"
     text = _FULL_NAMES.sub(lambda found: found[1].lower(), text)
     text = re.sub(r"[^\W\d_]+", lambda word: _WORDS.get(word[0].lower(), word[0]), text)
     return _EXPONENT.sub(r"^\1", text)
+
+
+def _with_prefix(text: str) -> str:
+    """Return a unit behind a power of ten with its prefix, `1e-3 m` as `mm`; another text as it is."""
+    found = _TIMES_TEN.fullmatch(text)
+    if found is None:
+        return text
+    number = found["plain"]
+    power = int(found["power"] or found["short"] or 0) if number is None else _power_of(number)
+    prefixed = f"{_PREFIXES.get(power, '?')}{found['unit'].strip()}"
+    try:
+        same = parsed_unit(prefixed).dimensionality == parsed_unit(found["unit"].strip()).dimensionality
+    except ValueError:
+        return text
+    return prefixed if same else text
+
+
+def _power_of(number: str) -> int:
+    """Return the power of ten that a text such as 0.001 is."""
+    return round(math.log10(float(number.replace(",", "."))))
 
 
 def time_unit_of(stated: str) -> str:
@@ -168,7 +199,8 @@ def unit_in_name(name: str) -> str | None:
     if not is_level(text) and (level := level_at_end(name)) is not None:
         return level
     has_letter = any(letter.isalpha() or letter in "°%" for letter in text)
-    return text if has_letter and (readable(text) or stated_amplitude(text) is not None) else None
+    is_one = has_letter and (readable(text) or stated_amplitude(text) is not None)
+    return text if is_one or _NUMBERED.fullmatch(text) else None
 
 
 def stated_amplitude(text: str) -> AmplitudeUnit | None:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import corpus_binary
+import corpus_habits
 import corpus_numbers
 import corpus_stated
 import corpus_sweeps
@@ -24,7 +25,15 @@ from rtctl.border.errors import InputError
 from rtctl.measured.manifest.schema import read_manifest
 from rtctl.measured.units import convert_column
 
-TABLES = (corpus_text, corpus_time, corpus_numbers, corpus_binary, corpus_stated, corpus_sweeps)
+TABLES = (
+    corpus_text,
+    corpus_time,
+    corpus_numbers,
+    corpus_binary,
+    corpus_habits,
+    corpus_stated,
+    corpus_sweeps,
+)
 SITUATIONS = [one for module in TABLES for one in module.SITUATIONS]
 
 

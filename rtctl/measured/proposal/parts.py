@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rtctl.border.errors import InputError, nearest
 from rtctl.measured.columns.time_axis import LONGEST_GAP, rising
-from rtctl.measured.proposal.instants.time_base import read_time
+from rtctl.measured.proposal.instants.column_time import read_time
 from rtctl.measured.proposal.proposal import RecordGuess, TimeGuess
 from rtctl.measured.proposal.survey import Survey
 from rtctl.measured.proposal.uses.staircases import BY_NAME, Use, says_test

@@ -9,7 +9,7 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.measured.columns.time_axis import uniform_period
-from rtctl.measured.proposal.instants.time_base import read_time
+from rtctl.measured.proposal.instants.column_time import read_time
 from rtctl.measured.proposal.proposal import TimeGuess
 from rtctl.measured.proposal.survey import Survey
 

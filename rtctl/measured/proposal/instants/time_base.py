@@ -1,23 +1,20 @@
-"""What tells the instants of the samples: a time column and its unit, a rate that the files state, or the user.
-
-A time column of which nobody states the unit is taken in seconds only where that is the only sense it makes: as
-milliseconds, a step below `FINEST_DOUBT_S` would mean more than 100 kHz.
-"""
+"""What tells the instants of the samples: a time column and its unit, a rate that the files state, or the user."""
 
 from __future__ import annotations
 
 import shlex
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
 from rtctl.border.errors import InputError
 from rtctl.measured.columns.time_axis import StatedPeriod, in_hz
-from rtctl.measured.columns.time_column import TimeColumn, TimeUnit, seconds
+from rtctl.measured.columns.time_column import TimeColumn
 from rtctl.measured.proposal.candidates import is_count
 from rtctl.measured.proposal.given import NONE, column_and_unit
+from rtctl.measured.proposal.instants.column_time import AGREES, Time, checked_time_unit, of_column, read_time
+from rtctl.measured.proposal.instants.other_times import first_uneven_row, other_times
 from rtctl.measured.proposal.instants.told_rate import (
     ToldRate,
     check_stated,
@@ -32,34 +29,15 @@ from rtctl.measured.proposal.naming.column_names import WEAK
 from rtctl.measured.proposal.naming.column_units import quantity_of, read_column
 from rtctl.measured.proposal.proposal import Answers, Open, TimeGuess
 from rtctl.measured.proposal.survey import Column, Survey
-from rtctl.measured.units import check_unit, same_unit
 
-FINEST_DOUBT_S = 0.0101
-"""Step [s] above which a column without a unit may as well count milliseconds: of 100 kHz and less."""
-AGREES = 0.005
-"""Relative difference of a step and a period below which they are the same."""
-_EPOCHS = ((1e9, 1e10, "s"), (1e12, 1e13, "ms"), (1e15, 1e16, "us"), (1e18, 1e19, "ns"))
-"""Sizes of instants between 2001 and 2286, counted since 1970, and their unit."""
-_DAYS = ((40_000.0, 60_000.0, "a spreadsheet"), (730_000.0, 750_000.0, "MATLAB"))
-"""Sizes of instants between 2009 and 2053, counted in days as these do."""
 _TRIED = ("s", "ms", "us", "ns", "min", "h", "d")
 """Units of a time column of which nobody states one."""
-_FINEST_S = 1e-5
-"""Step [s] below which a column of such a size counts days."""
 _DEFAULT_PERIODS = (1.0,)
 """Periods [s] that programs write where nobody set one."""
 
 
 Homes = frozenset[tuple[str, ...]]
 """Groups of columns, each with those around it, the outermost first."""
-
-
-class Time(NamedTuple):
-    """The time of all files."""
-
-    guess: TimeGuess
-    opens: tuple[Open, ...] = ()
-    unsure: tuple[str, ...] = ()
 
 
 def find_time(surveys: Sequence[Survey], answers: Answers, homes: Homes = frozenset()) -> Time:
@@ -84,12 +62,31 @@ def find_time(surveys: Sequence[Survey], answers: Answers, homes: Homes = frozen
         name, unit = column_and_unit(str(answers.time), columns, "--time")
         if unit and (rate_hz := _rate_of(columns[name], unit)) > 0.0:
             _check_near(surveys, rate_hz, f"--time {answers.time}, which gives {in_hz(rate_hz)} Hz", homes)
-        return _of_column(columns[name], unit, "you said so", told_rate(_without_others(surveys[0], homes)))
+        return of_column(columns[name], unit, "you said so", told_rate(_without_others(surveys[0], homes)))
     near = [_without_others(survey, homes) for survey in surveys]
     if answers.time is None and (found := _time_column(near[0])) is not None:
-        return _of_column(found[0], "", found[1], told_rate(near[0]))
+        return _beside_others(near[0], found[0], of_column(found[0], "", found[1], told_rate(near[0])))
     told = _of_files(near)
     return _of_others(surveys[0], answers, told, homes) if told.opens and homes else told
+
+
+def _beside_others(survey: Survey, taken: Column, time: Time) -> Time:
+    """Return the time with a question about another one that goes on otherwise, or a doubt about one that is late."""
+    others = list(other_times(survey, taken))
+    differing = [one.name for one in others if np.isnan(one.later_s)]
+    if differing:
+        names = ", ".join(f'"{name}"' for name in (taken.name, *differing))
+        text = (
+            f"the file has several times, {names}, which do not go on together: which one the signals have does not "
+            "show. Where each signal has its own, export them with one time for all"
+        )
+        return time._replace(opens=(*time.opens, Open("time", text, f"--time {shlex.quote(taken.name)}")))
+    doubts = [
+        f'time: "{one.name}" is {one.later_s:.6g} s later than "{taken.name}", which is taken for all signals: has a '
+        "signal that other time?"
+        for one in others
+    ]
+    return time._replace(unsure=(*time.unsure, *doubts))
 
 
 def _check_near(surveys: Sequence[Survey], rate_hz: float, option: str, homes: Homes) -> None:
@@ -103,7 +100,7 @@ def _rate_of(column: Column, unit: str) -> float:
     """Return the rate [Hz] of a column in a unit of time; 0.0 where it has no numbers that increase."""
     if column.values is None or column.rows < 2:
         return 0.0
-    step_s = convert_number(float(np.median(np.diff(column.values))), _time_unit(unit), "s")
+    step_s = convert_number(float(np.median(np.diff(column.values))), checked_time_unit(unit), "s")
     return 1.0 / step_s if step_s > 0.0 else 0.0
 
 
@@ -130,20 +127,33 @@ def _check_rate(survey: Survey, rate_hz: float, homes: Homes) -> None:
     usual_s = 0.0
     for one in [stated] if stated or column.values is None else _TRIED:
         try:
-            stamps_s = read_time(column, one).time_s
+            stamps = read_time(column, one)
         except ValueError:
             return
+        stamps_s = stamps.time_s
         steps = np.diff(stamps_s)
         usual_s = usual_s or float(np.median(steps))
         if any(
             abs(step * rate_hz - 1.0) < AGREES for step in (float(np.median(steps)), float(np.mean(steps)))
         ):
+            _check_even(survey, column, stamps, rate_hz)
             return
     assumed = "" if stated or column.values is None else ", read in seconds,"
     raise InputError(
         f'--sample-rate {rate_hz:g}: the time column "{column.name}" of {survey.path}{assumed} goes on by '
         f"{usual_s:.6g} s, which is {1.0 / usual_s:.6g} Hz; {remedy}"
     )
+
+
+def _check_even(survey: Survey, column: Column, stamps: TimeColumn, rate_hz: float) -> None:
+    """Raise InputError where the time of a file leaves the even course of a rate that was said."""
+    row = first_uneven_row(stamps.time_s, stamps.resolution_s, rate_hz)
+    if row is not None:
+        step_s = float(stamps.time_s[row + 1] - stamps.time_s[row])
+        raise InputError(
+            f'--sample-rate {rate_hz:g}: the time column "{column.name}" of {survey.path} does not go on evenly at '
+            f"that rate: by {step_s:.6g} s after row {row}; leave out --sample-rate, or say --time - to pass over it"
+        )
 
 
 def homes_of(survey: Survey, columns: Iterable[str]) -> Homes:
@@ -200,7 +210,7 @@ def _of_others(survey: Survey, answers: Answers, told: Time, homes: Homes) -> Ti
     names = ", ".join(f'"{name}"' for name in times)
     where = " and ".join(f'"{home[-1]}"' if home else "no group" for home in sorted(homes))
     if len(times) == 1:
-        found = _of_column(survey.columns[times[0]], "", "the only time in the file", None)
+        found = of_column(survey.columns[times[0]], "", "the only time in the file", None)
         doubt = f"time: column {names} is of another group than the signals, which are in {where}: there is no other"
         return found._replace(unsure=(*found.unsure, doubt))
     if times:
@@ -211,13 +221,6 @@ def _of_others(survey: Survey, answers: Answers, told: Time, homes: Homes) -> Ti
         options = f"--time {shlex.quote(times[0])} or --sample-rate HZ"
         return told._replace(opens=(Open("time", text, options), *told.opens[1:]))
     return told
-
-
-def read_time(column: Column, unit: str | None) -> TimeColumn:
-    """Return the instants of a column [s]. Raises ValueError in words."""
-    if column.raw is None:
-        raise ValueError(f'column "{column.name}" {column.refusal}')
-    return seconds(column.raw, TimeUnit(unit or "s", "manifest"), column.name, 0)
 
 
 def time_candidates(survey: Survey) -> list[str]:
@@ -263,92 +266,6 @@ def _increases(column: Column, rows: int) -> bool:
         return bool(np.all(np.diff(read_time(column, None).time_s) > 0.0))
     except ValueError:
         return False
-
-
-def _of_column(column: Column, given_unit: str, why: str, told: ToldRate | None) -> Time:
-    """Return the time of a column, with its unit or a question about it, which a rate in the file may settle."""
-    if column.values is None:
-        return Time(TimeGuess(column=column.name, why=f"{why}; dates"))
-    if given_unit:
-        guess = TimeGuess(column=column.name, unit=_time_unit(given_unit), why=why)
-        return Time(guess, unsure=_other_time(column, given_unit, told))
-    unit = read_column(column).unit
-    if unit.text and quantity_of(unit.text) == "time":
-        guess = TimeGuess(column=column.name, unit=unit.text, why=f"{why}; {unit.source}")
-        step_s = float(np.median(np.diff(read_time(column, unit.text).time_s)))
-        return Time(guess, unsure=one_of_several(told, 1.0 / step_s) if step_s > 0.0 else ())
-    return _of_unknown_unit(column, why, told)
-
-
-def _other_time(column: Column, given_unit: str, told: ToldRate | None) -> tuple[str, ...]:
-    """Return the doubt about a unit of time that the user gave where the column or the file says another one."""
-    assert column.values is not None
-    step = float(np.median(np.diff(column.values))) if column.rows > 1 else 0.0
-    if not step > 0.0:
-        return ()
-    step_s, read = convert_number(step, given_unit, "s"), read_column(column).unit
-    if read.text and quantity_of(read.text) == "time":
-        against = "" if same_unit(read.text, given_unit) else read.source
-    elif told is not None:
-        several = one_of_several(told, 1.0 / step_s)
-        if several or abs(step_s * told.rate_hz - 1.0) < AGREES:
-            return several
-        against = f"{told.source} of the file gives {told.rate_hz:.6g} Hz"
-    else:
-        against = f"in seconds it gives {1.0 / step:.6g} Hz" if step_s < _FINEST_S <= step else ""
-    if not against:
-        return ()
-    rate = f"{1.0 / step_s:.6g} Hz over {step_s * (column.rows - 1):.6g} s"
-    return (f'time: "{column.name}" is read in {given_unit}, as you said: {rate}, but {against}',)
-
-
-def _of_unknown_unit(column: Column, why: str, told: ToldRate | None) -> Time:
-    assert column.values is not None
-    size = float(np.nanmax(np.abs(column.values)))
-    for low, high, epoch in _EPOCHS:
-        if low <= size < high:
-            guess = TimeGuess(column=column.name, unit=epoch, why=f"{why}; it counts since 1970, in {epoch}")
-            return Time(guess, unsure=(f'time: "{column.name}" counts {epoch} since 1970, by its size',))
-    step = float(np.median(np.diff(column.values)))
-    for unit, size in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6)):
-        if told is not None and abs(step * size * told.rate_hz - 1.0) < AGREES:
-            because = f"{why}; {told.source} of the file gives {told.rate_hz:.6g} Hz, which makes it {unit}"
-            return Time(TimeGuess(column=column.name, unit=unit, why=because))
-    for low, high, program in _DAYS:
-        if low <= float(np.nanmax(np.abs(column.values))) < high and step < _FINEST_S:
-            text = (
-                f'the time column "{column.name}" reaches {column.values[-1]:.9g} and goes on by {step:.4g}, as '
-                f"days of {program} do (in days that is {1.0 / (86_400.0 * step):.6g} Hz)"
-            )
-            return Time(
-                TimeGuess(column=column.name, unit="d", why=why),
-                opens=(Open("time_unit", text, f"--time {shlex.quote(column.name + ':d')}"),),
-            )
-    guess = TimeGuess(
-        column=column.name, unit="s", why=f"{why}; nobody states its unit, seconds give {1 / step:.6g} Hz"
-    )
-    if 1e-7 < step <= FINEST_DOUBT_S and told is None:
-        hint = f"{1.0 / step:.6g} Hz over {step * (column.rows - 1):.6g} s"
-        return Time(
-            guess, unsure=(f'time: nobody states the unit of "{column.name}"; in seconds it gives {hint}',)
-        )
-    contradicted = "" if told is None else f" ({told.source} of the file gives {told.rate_hz:.6g} Hz)"
-    text = (
-        f'nobody states the unit of the time column "{column.name}", which goes on by {step:.6g}: in seconds that is '
-        f"{1.0 / step:.6g} Hz, in ms {1e3 / step:.6g} Hz{contradicted}"
-    )
-    return Time(
-        guess,
-        opens=(Open("time_unit", text, f"--time {shlex.quote(column.name + ':UNIT')} or --sample-rate HZ"),),
-    )
-
-
-def _time_unit(text: str) -> str:
-    try:
-        check_unit(text, "s")
-    except ValueError as error:
-        raise InputError(f"--time: {error}") from None
-    return text
 
 
 def _of_files(surveys: Sequence[Survey]) -> Time:

@@ -11,6 +11,7 @@ from rtctl.border.errors import InputError
 from rtctl.measured.columns.time_axis import StatedPeriod, decimation, in_hz
 from rtctl.measured.proposal.naming.column_units import read_column
 from rtctl.measured.proposal.survey import Column, Survey
+from rtctl.measured.readers.stated.rate import VARIABLES, rate_key, stated_period
 from rtctl.measured.units import check_unit, convert_column
 
 
@@ -56,7 +57,9 @@ def rate_variable(survey: Survey) -> ToldRate | None:
     for name, column in survey.columns.items():
         if column.values is None or column.rows != 1 or not column.values[0] > 0.0:
             continue
-        reading = read_column(Column(name=name.rpartition(".")[2].rpartition("/")[2], unit=column.unit))
+        if (told := _by_its_key(survey, name)) is not None:
+            return told
+        reading = read_column(Column(name=_last_part(name), unit=column.unit))
         value = float(column.values[0])
         if reading.votes.get("rate") or (reading.votes.get("none") and is_rate_unit(reading.unit.text)):
             unit = reading.unit.text or "Hz"
@@ -65,6 +68,30 @@ def rate_variable(survey: Survey) -> ToldRate | None:
             unit = reading.unit.text or "s"
             return ToldRate(f'the variable "{name}"', 1.0 / convert_number(value, unit, "s"), unit)
     return None
+
+
+def _by_its_key(survey: Survey, name: str) -> ToldRate | None:
+    """Return the rate of a variable whose name means one, with the unit that its name or another variable gives."""
+    key, column = _last_part(name), survey.columns[name]
+    value = f"{float(column.values[0]):.17g} {column.unit or ''}" if column.values is not None else ""
+    around = {
+        _last_part(other): str(one.raw.reshape(-1)[0])
+        for other, one in survey.columns.items()
+        if one.raw is not None
+        and one.rows == 1
+        and one.values is None
+        and one.place.groups == column.place.groups
+    }
+    named = rate_key(key, periods=VARIABLES)
+    found = None if named is None else stated_period({key: value, **around})
+    if found is None or named is None or found[1] != f'by "{key}"':
+        return None
+    unit = named.unit or column.unit or ("Hz" if named.is_rate else "s")
+    return ToldRate(f'the variable "{name}"', float(f"{1.0 / found[0]:.12g}"), unit)
+
+
+def _last_part(name: str) -> str:
+    return name.rpartition(".")[2].rpartition("/")[2]
 
 
 def one_of_several(told: ToldRate | None, rate_hz: float) -> tuple[str, ...]:

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rtctl.measured.readers.stated.attributes import numbers_of, text_of
+from rtctl.measured.readers.stated.keys import is_unit_of
 
 _RATES = (
     "samplerate", "samplingrate", "samplefrequency", "samplingfrequency", "samplefreq", "samplingfreq", "abtastrate",
@@ -36,6 +37,8 @@ _FACTORS: dict[str, tuple[float, bool] | None] = {
     "min": (60.0, False), "h": (3600.0, False),
 }  # fmt: skip
 """Units with their size in Hz or s, and whether they are of a rate; "" is Hz or s."""
+VARIABLES = ("ts", "tsamp")
+"""Further words for a period that variables and attributes have."""
 _BRACKETS = re.compile(r"(.*\S)\s*[\[(]([^\[\]()]*)[\])]\W*")
 
 
@@ -56,8 +59,8 @@ def stated_period(*levels: Mapping[str, Any]) -> tuple[float, str] | None:
     """
     for attributes in levels:
         for key, value in attributes.items():
-            named = rate_key(key)
-            period_s = None if named is None else _period_s(named, value)
+            named = rate_key(key, periods=VARIABLES)
+            period_s = None if named is None else _period_s(named, value, _unit_beside(attributes, key))
             if period_s is not None:
                 return period_s, f'by "{key}"'
     return None
@@ -104,11 +107,19 @@ def _plain(text: str) -> str:
     return re.sub(r"[\W_]+", "", text.lower())
 
 
-def _period_s(key: RateKey, value: Any) -> float | None:
+def _unit_beside(attributes: Mapping[str, Any], key: str) -> str:
+    """Return the unit that another key states for this one: `dt_unit` beside `dt`; "": none does."""
+    return next(
+        (text for other, value in attributes.items() if is_unit_of(other, key) and (text := text_of(value))),
+        "",
+    )
+
+
+def _period_s(key: RateKey, value: Any, unit: str) -> float | None:
     """Return the period [s] of a rate or a period; None where the value is no such number, or of another unit."""
     told = re.fullmatch(r"([\d.,eE+-]+)\s*([A-Za-zµμ/]*)", text_of(value)) if text_of(value) else None
     try:
         numbers = numbers_of(told[1].replace(",", ".") if told else value)
     except (ValueError, TypeError):
         return None
-    return period_of(key, float(numbers[0]), told[2] if told else "") if len(numbers) == 1 else None
+    return period_of(key, float(numbers[0]), (told[2] if told else "") or unit) if len(numbers) == 1 else None

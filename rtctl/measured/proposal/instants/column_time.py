@@ -1,0 +1,133 @@
+"""The time of a column, with its unit, or a question about that.
+
+A time column of which nobody states the unit is taken in seconds only where that is the only sense it makes: as
+milliseconds, a step below `FINEST_DOUBT_S` would mean more than 100 kHz.
+"""
+
+from __future__ import annotations
+
+import shlex
+from typing import NamedTuple
+
+import numpy as np
+
+from rtctl.border.errors import InputError
+from rtctl.measured.columns.time_column import TimeColumn, TimeUnit, seconds
+from rtctl.measured.proposal.instants.told_rate import ToldRate, convert_number, one_of_several
+from rtctl.measured.proposal.naming.column_units import quantity_of, read_column
+from rtctl.measured.proposal.proposal import Open, TimeGuess
+from rtctl.measured.proposal.survey import Column
+from rtctl.measured.units import check_unit, same_unit
+
+FINEST_DOUBT_S = 0.0101
+"""Step [s] above which a column without a unit may as well count milliseconds: of 100 kHz and less."""
+AGREES = 0.005
+"""Relative difference of a step and a period below which they are the same."""
+_EPOCHS = ((1e9, 1e10, "s"), (1e12, 1e13, "ms"), (1e15, 1e16, "us"), (1e18, 1e19, "ns"))
+"""Sizes of instants between 2001 and 2286, counted since 1970, and their unit."""
+_DAYS = ((40_000.0, 60_000.0, "a spreadsheet"), (730_000.0, 750_000.0, "MATLAB"))
+"""Sizes of instants between 2009 and 2053, counted in days as these do."""
+_FINEST_S = 1e-5
+"""Step [s] below which a column of such a size counts days."""
+
+
+class Time(NamedTuple):
+    """The time of all files."""
+
+    guess: TimeGuess
+    opens: tuple[Open, ...] = ()
+    unsure: tuple[str, ...] = ()
+
+
+def read_time(column: Column, unit: str | None) -> TimeColumn:
+    """Return the instants of a column [s]. Raises ValueError in words."""
+    if column.raw is None:
+        raise ValueError(f'column "{column.name}" {column.refusal}')
+    return seconds(column.raw, TimeUnit(unit or "s", "manifest"), column.name, 0)
+
+
+def of_column(column: Column, given_unit: str, why: str, told: ToldRate | None) -> Time:
+    """Return the time of a column, with its unit or a question about it, which a rate in the file may settle."""
+    if column.values is None:
+        return Time(TimeGuess(column=column.name, why=f"{why}; dates"))
+    if given_unit:
+        guess = TimeGuess(column=column.name, unit=checked_time_unit(given_unit), why=why)
+        return Time(guess, unsure=_other_time(column, given_unit, told))
+    unit = read_column(column).unit
+    if unit.text and quantity_of(unit.text) == "time":
+        guess = TimeGuess(column=column.name, unit=unit.text, why=f"{why}; {unit.source}")
+        step_s = float(np.median(np.diff(read_time(column, unit.text).time_s)))
+        return Time(guess, unsure=one_of_several(told, 1.0 / step_s) if step_s > 0.0 else ())
+    return _of_unknown_unit(column, why, told)
+
+
+def _other_time(column: Column, given_unit: str, told: ToldRate | None) -> tuple[str, ...]:
+    """Return the doubt about a unit of time that the user gave where the column or the file says another one."""
+    assert column.values is not None
+    step = float(np.median(np.diff(column.values))) if column.rows > 1 else 0.0
+    if not step > 0.0:
+        return ()
+    step_s, read = convert_number(step, given_unit, "s"), read_column(column).unit
+    if read.text and quantity_of(read.text) == "time":
+        against = "" if same_unit(read.text, given_unit) else read.source
+    elif told is not None:
+        several = one_of_several(told, 1.0 / step_s)
+        if several or abs(step_s * told.rate_hz - 1.0) < AGREES:
+            return several
+        against = f"{told.source} of the file gives {told.rate_hz:.6g} Hz"
+    else:
+        against = f"in seconds it gives {1.0 / step:.6g} Hz" if step_s < _FINEST_S <= step else ""
+    if not against:
+        return ()
+    rate = f"{1.0 / step_s:.6g} Hz over {step_s * (column.rows - 1):.6g} s"
+    return (f'time: "{column.name}" is read in {given_unit}, as you said: {rate}, but {against}',)
+
+
+def _of_unknown_unit(column: Column, why: str, told: ToldRate | None) -> Time:
+    assert column.values is not None
+    size = float(np.nanmax(np.abs(column.values)))
+    for low, high, epoch in _EPOCHS:
+        if low <= size < high:
+            guess = TimeGuess(column=column.name, unit=epoch, why=f"{why}; it counts since 1970, in {epoch}")
+            return Time(guess, unsure=(f'time: "{column.name}" counts {epoch} since 1970, by its size',))
+    step = float(np.median(np.diff(column.values)))
+    for unit, size in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6)):
+        if told is not None and abs(step * size * told.rate_hz - 1.0) < AGREES:
+            because = f"{why}; {told.source} of the file gives {told.rate_hz:.6g} Hz, which makes it {unit}"
+            return Time(TimeGuess(column=column.name, unit=unit, why=because))
+    for low, high, program in _DAYS:
+        if low <= float(np.nanmax(np.abs(column.values))) < high and step < _FINEST_S:
+            text = (
+                f'the time column "{column.name}" reaches {column.values[-1]:.9g} and goes on by {step:.4g}, as '
+                f"days of {program} do (in days that is {1.0 / (86_400.0 * step):.6g} Hz)"
+            )
+            return Time(
+                TimeGuess(column=column.name, unit="d", why=why),
+                opens=(Open("time_unit", text, f"--time {shlex.quote(column.name + ':d')}"),),
+            )
+    guess = TimeGuess(
+        column=column.name, unit="s", why=f"{why}; nobody states its unit, seconds give {1 / step:.6g} Hz"
+    )
+    if 1e-7 < step <= FINEST_DOUBT_S and told is None:
+        hint = f"{1.0 / step:.6g} Hz over {step * (column.rows - 1):.6g} s"
+        return Time(
+            guess, unsure=(f'time: nobody states the unit of "{column.name}"; in seconds it gives {hint}',)
+        )
+    contradicted = "" if told is None else f" ({told.source} of the file gives {told.rate_hz:.6g} Hz)"
+    text = (
+        f'nobody states the unit of the time column "{column.name}", which goes on by {step:.6g}: in seconds that is '
+        f"{1.0 / step:.6g} Hz, in ms {1e3 / step:.6g} Hz{contradicted}"
+    )
+    return Time(
+        guess,
+        opens=(Open("time_unit", text, f"--time {shlex.quote(column.name + ':UNIT')} or --sample-rate HZ"),),
+    )
+
+
+def checked_time_unit(text: str) -> str:
+    """Return a unit of time that the user gave. Raises InputError where it is none."""
+    try:
+        check_unit(text, "s")
+    except ValueError as error:
+        raise InputError(f"--time: {error}") from None
+    return text

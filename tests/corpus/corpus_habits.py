@@ -1,0 +1,70 @@
+"""Habits of instruments that change what the numbers mean: powers of ten in units, two times, codes for no reading."""
+
+from __future__ import annotations
+
+import numpy as np
+from corpus_binary import hdf5, made, mat
+from corpus_case import RIGHT, ROWS, Right, Situation, T, U, X, refused, table, text
+from scipy.io import savemat
+
+NAMES = {"inputs": "u:V", "outputs": {"displacement": "x:mm"}}
+SAID = NAMES | {"time": "t:s"}
+K = np.arange(ROWS)
+LATE = np.where(K < 300, T, T + 3.0)
+SLOWER = np.concatenate([T[:300], T[299] + 2e-3 * (1.0 + np.arange(ROWS - 300))])
+LOST = np.delete(T, 300)
+
+
+def three(unit: str, stretched: float) -> str:
+    return f"t [s],u [V],x [{unit}]\n" + table(T, U, stretched * X, form="{:.9g}")
+
+
+def timed(time: np.ndarray) -> str:
+    rows = len(time)
+    return "t [s],u [V],x [mm]\n" + table(time, U[:rows], X[:rows], form="{:.9g}")
+
+
+def two_times(second: np.ndarray, name: str = "t2 [s]") -> str:
+    return f"t1 [s],u [V],{name},x [mm]\n" + table(T, U, second, X, form="{:.9g}")
+
+
+def coded(code: float, *rows: int) -> str:
+    return "t [s],u [V],x [mm]\n" + table(T, U, np.where(np.isin(K, rows), code, X), form="{:.9g}")
+
+
+UNITS = (
+    Situation("a unit of 1e-3 m", text(three("1e-3 m", 1.0)), RIGHT),
+    Situation("a unit of 10^-6 m", text(three("10^-6 m", 1e3)), RIGHT),
+    Situation("a unit of 0.001 m in a row of units", text("t,u,x\ns,V,0.001 m\n" + table(T, U, X)), RIGHT),
+    Situation("a unit of 1e-6 m, and the user's another", text(three("1e-6 m", 1e3)), refused("r.csv", '"1e-6 m"', '"m"', "correct one"), {"outputs": {"displacement": "x [1e-6 m]:m"}}),
+    Situation("a unit with a number", text(three("0.1 mm", 1.0)), Right(remark='"0.1 mm", which is no known unit'), {"outputs": {"displacement": "x [0.1 mm]:mm"}}),
+    Situation("a unit with a number, nothing said", text(three("0.1 mm", 1.0)), refused("r.csv", "x [0.1 mm]", "--output")),
+    Situation("a unit in capitals", text(three("MM", 1.0)), RIGHT),
+    Situation("HDF5, a unit of 1E-3*m", hdf5({"t": {"units": "s"}, "u": {"units": "V"}, "x": {"units": "1E-3*m"}}), RIGHT),
+)  # fmt: skip
+
+TIMES = (
+    Situation("a rate, and a time with a gap", text(timed(LATE)), refused("r.csv", "t [s]", "row 299", "--time -"), {"sample_rate_hz": 1000.0}),
+    Situation("a rate, and a time that slows down", text(timed(SLOWER)), refused("r.csv", "t [s]", "--time -"), {"sample_rate_hz": 1000.0}),
+    Situation("the later rate, and a time that slows down", text(timed(SLOWER)), refused("r.csv", "t [s]", "--time -"), {"sample_rate_hz": 500.0}),
+    Situation("a rate, and a time with a lost row", text(timed(LOST)), refused("r.csv", "t [s]", "--time -"), {"sample_rate_hz": 1000.0}),
+    Situation("a rate, and a time that is passed over", text(timed(T)), RIGHT, {"sample_rate_hz": 1000.0, "time": "-"}),
+    Situation("two times of different rates", text(two_times(2.0 * T)), refused("r.csv", '"t1 [s]"', '"t2 [s]"', "--time")),
+    Situation("two times in different units", text(two_times(2e3 * T, "t_x [ms]")), refused("r.csv", '"t1 [s]"', '"t_x [ms]"', "--time")),
+    Situation("two times that are the same", text(two_times(T)), RIGHT),
+    Situation("two times a constant apart", text(two_times(T + 5e-3)), Right(remark="0.005 s later")),
+    Situation("two times, one of them named", text(two_times(2.0 * T)), RIGHT, {"time": "t1 [s]"}),
+    *(
+        Situation(f"a variable {name}", made("r.mat", lambda path, name=name, value=value: savemat(path, {"u": U, "x": X, name: value})), Right(remark=name), NAMES)
+        for name, value in (("dt_ms", 1.0), ("dt_us", 1000.0), ("Ts_ms", 1.0), ("fs_kHz", 1.0), ("Ts", 1e-3), ("sample_interval_ms", 1.0))
+    ),
+    Situation("a variable dt and its unit beside", mat(u=U, x=X, dt=1.0, dt_unit="ms"), Right(remark="dt"), NAMES),
+)  # fmt: skip
+
+CODES = (
+    Situation("a code for no reading in a block", text(coded(9999.0, *range(100, 110))), Right(remark="10 readings are 9999 mm", within=2e5)),
+    Situation("a code for no reading, apart", text(coded(-999.25, 50, 200, 400)), Right(remark="3 readings are -999.25 mm", within=2e4)),
+    Situation("one reading far from all others", text(coded(9999.0, 300)), Right(remark="row 300", within=2e5)),
+)  # fmt: skip
+
+SITUATIONS = (*UNITS, *TIMES, *CODES)
