@@ -65,7 +65,8 @@ _CELSIUS = re.compile(r"^\s*(deg(?:rees?)?\s*C(?:elsius)?|°\s*C|℃|celsius)\s*
 _IN_NAME = re.compile(r"^(?P<name>.*\S)\s*[\[(](?P<unit>[^\[\]()]*(?:\([^()]*\))?[^\[\]()]*)[\])]\s*$")
 _TIME_SUFFIX = re.compile(r"(?:^|[_\s])(ns|us|µs|μs|ms|sec|s|min)$|(?:^|[_\s])(nanos|micros|millis|seconds)$")
 _TIME_WORDS = {"nanos": "ns", "micros": "us", "millis": "ms", "seconds": "s", "sec": "s"}
-_SINCE = re.compile(r"\s+(since|after)\s+\S.*$", re.IGNORECASE)
+SINCE = re.compile(r"\s+(since|after)\s+\S.*$", re.IGNORECASE)
+"""Origin behind a unit of time, as NetCDF writes it: `seconds since 1970-01-01`."""
 
 
 def is_no_unit(text: str) -> bool:
@@ -189,7 +190,7 @@ def _power_of(number: str) -> int:
 
 def time_unit_of(stated: str) -> str:
     """Return the unit of a stated unit of time, as pint reads it; "seconds since 1970-01-01" is s."""
-    return normalised(_SINCE.sub("", stated))
+    return normalised(SINCE.sub("", stated))
 
 
 def unit_in_name(name: str) -> str | None:

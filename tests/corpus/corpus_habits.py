@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
+import pyuff
 from corpus_binary import hdf5, made, mat
 from corpus_case import RIGHT, ROWS, Right, Situation, T, U, X, refused, table, text
+from measured_files import uff58, write_uff
 from scipy.io import savemat
 
 NAMES = {"inputs": "u:V", "outputs": {"displacement": "x:mm"}}
@@ -61,10 +65,31 @@ TIMES = (
     Situation("a variable dt and its unit beside", mat(u=U, x=X, dt=1.0, dt_unit="ms"), Right(remark="dt"), NAMES),
 )  # fmt: skip
 
+DAYS = 45000.5 + T / 86_400.0
+SINCE = {"t": {"units": "milliseconds since 2026-11-21 10:00"}, "u": {"units": "V"}, "x": {"units": "mm"}}
+
+
+def in_millimetres(path: Path) -> None:
+    """A universal file of ordinates without units, and a dataset 164 that says that lengths are in mm."""
+    write_uff(path, [uff58(U, id1="drive", unit="V"), uff58(X, id1="x tip", unit="NONE")])
+    file = pyuff.UFF(str(path))
+    file.write_sets(
+        {"type": 164, "units_code": 5, "units_description": "mm (milli-newton)", "temp_mode": 1, "length": 1000.0,
+         "force": 1000.0, "temp": 1.0, "temp_offset": 273.15},
+        "add",
+    )  # fmt: skip
+
+
+ORIGINS = (
+    Situation("HDF5, milliseconds since a date", hdf5(SINCE, t=1e3 * T), RIGHT),
+    Situation("a time in seconds that counts days", text("Time [s],u [V],x [mm]\n" + table(DAYS, U, X, form="{:.15g}")), Right(remark="as days of a spreadsheet", rate_hz=86_400_000.0)),
+    Situation("UFF, units in a dataset of their own", made("r.uff", in_millimetres), Right(remark="1000 make a metre"), {"outputs": {"displacement": "x tip:mm"}}),
+)  # fmt: skip
+
 CODES = (
     Situation("a code for no reading in a block", text(coded(9999.0, *range(100, 110))), Right(remark="10 readings are 9999 mm", within=2e5)),
     Situation("a code for no reading, apart", text(coded(-999.25, 50, 200, 400)), Right(remark="3 readings are -999.25 mm", within=2e4)),
     Situation("one reading far from all others", text(coded(9999.0, 300)), Right(remark="row 300", within=2e5)),
 )  # fmt: skip
 
-SITUATIONS = (*UNITS, *TIMES, *CODES)
+SITUATIONS = (*UNITS, *TIMES, *ORIGINS, *CODES)

@@ -13,7 +13,8 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 from corpus_binary import IN_MM, TIMED, UM, hdf5, made, mat, matlab73, table, tdms
-from corpus_case import RIGHT, ROWS, Right, Situation, T, U, Write, X, refused
+from corpus_case import RIGHT, ROWS, Right, Situation, T, U, Write, X, refused, text
+from corpus_case import table as lines
 
 MANIFEST = """
 [dataset]
@@ -184,10 +185,56 @@ COLUMNAR = (
 )  # fmt: skip
 
 
+def apart(starts: tuple[Any, Any], key: str = "t0") -> Write:
+    """u and x without their first rows, as they begin at different times."""
+
+    def fill(path: Path) -> None:
+        with h5py.File(path, "w") as file:
+            for name, values, start in (("u", U, starts[0]), ("x", X, starts[1])):
+                file[name] = values[4:] if name == "x" else values[:-4]
+                file[name].attrs.update({"units": IN_MM[name], "dt": 1e-3, key: start})
+
+    return made("r.h5", fill)
+
+
+ALIGNED = Right(remark="begin", rows=592, fewest=592, lost=np.arange(4, ROWS - 4))
+HALF_A_SAMPLE = ("r.h5", "begin", "sample")
+CHANNELS = [{"name": "t", "unit": "s"}, {"name": "u", "unit": "V"}, {"name": "x", "unit": "um"}]
+TEXT_UM = "t,u,x\n" + lines(T, U, 1e3 * X, form="{:.9g}")
+TEXT_MM = "t [s],u [V],x [mm]\n" + lines(T, U, X)
+NO_TESTS = {"test": "none"}
+STARTS = (
+    Situation("HDF5, columns that begin at different times", apart((0.0, 4e-3)), ALIGNED, NO_TESTS),
+    Situation("HDF5, columns that begin at different milliseconds", apart((0.0, 4.0), "t_start_ms"), ALIGNED, NO_TESTS),
+    Situation("HDF5, columns that begin at different dates", apart(("2026-11-28T10:00:00", "2026-11-28T10:00:00.004"), "start_time"), ALIGNED, NO_TESTS),
+    Situation("HDF5, columns that begin half a sample apart", apart((0.0, 4.5e-3)), refused(*HALF_A_SAMPLE), NO_TESTS),
+    Situation("HDF5, columns that begin together", hdf5({"t": {"units": "s"}, "u": {"units": "V", "t0": 5.0}, "x": {"units": "mm", "t0": 5.0}}), RIGHT),
+)  # fmt: skip
+ELSEWHERE = (
+    Situation("Parquet, a list of channels", made("r.parquet", lambda path: pq.write_table(pa.table({"t": T, "u": U, "x": 1e3 * X}).replace_schema_metadata({"channels": json.dumps(CHANNELS)}), path)), RIGHT, IN_UM),
+    Situation("Parquet, a table of scales", made("r.parquet", lambda path: pq.write_table(table({"scales": json.dumps({"u": 1.0, "x": 0.1})}), path)), Right(remark="scales.x = 0.1")),
+    Situation("MATLAB 5, a struct of calibrations", mat(t=T, u=U, x=X, cal={"x": 0.1}, calibration={"x": 0.1}), Right(remark="calibration.x = 0.1"), TIMED),
+    Situation("MATLAB 5, units a struct deeper", mat(t=T, u=U, x=1e3 * X, info={"units": {"x": "um", "u": "V", "t": "s"}}), RIGHT, IN_UM),
+    Situation("HDF5, a group of units beside", hdf5(UM | {"x": {}}, x=1e3 * X, **{"metadata/x/unit": np.bytes_("um")}), RIGHT),
+    Situation("HDF5, a group of sensitivities beside", hdf5(**{"sensitivity/x": np.array(0.1)}), Right(remark="sensitivity.x = 0.1")),
+    *(
+        Situation(f"HDF5, a scale called {key}", hdf5(UM | {"x": {"units": "mm", key: value}}), Right(remark=f"{key} = "))
+        for key, value in (("mm_per_V", 2.0), ("counts_to_mm", 0.1), ("resolution", 0.01), ("cal", 1.5), ("attenuation", 10.0), ("bias", 0.2), ("conversion", "x = 0.1 * raw"), ("SI_prefix", "d"), ("Kalibrierfaktor", 2.5))
+    ),
+    Situation("HDF5, two rates", hdf5({"t": {}, "u": {"units": "V", "fs": 1000.0}, "x": {"units": "mm", "fs": 1000.0}}, t=None, Sampling_Rate=2000.0), Right(remark="two rates: 1000 Hz")),
+    Situation("text, a unit above the columns", text("Unit of x: um\nUnit of u: V\n" + TEXT_UM), RIGHT, {"inputs": "u", "outputs": {"displacement": "x"}, "time": "t:s"}),
+    Situation("text, a unit above the columns, and the user's another", text("Unit of x: um\n" + TEXT_UM), refused("r.csv", '"um"', '"mm"', "correct"), ASK_MM),
+    Situation("text, units of all columns above", text("Y_Unit_Label\tV\tum\n" + TEXT_UM), RIGHT, {"inputs": "u", "outputs": {"displacement": "x"}, "time": "t:s"}),
+    Situation("text, a scale above the columns", text("# scale x: 0.001 mm/count\n" + TEXT_MM), Right(remark="scale x = 0.001 mm/count")),
+    Situation("text, a gain above the columns", text("# Multiplier = 0.001\n" + TEXT_MM), Right(remark="Multiplier = 0.001 of itself")),
+    Situation("text, a number for no reading above the columns", text("# NoData = -9999\nt [s],u [V],x [mm]\n" + lines(T, U, np.where(np.arange(ROWS) == 300, -9999.0, X))), WITHOUT_300),
+)  # fmt: skip
+
+
 def pandas_with_units() -> pd.DataFrame:
     frame = pd.DataFrame({"t": T, "u": U, "x": 1e3 * X})
     frame.attrs = {"units": {"t": "s", "u": "V", "x": "um"}, "operator": "A"}
     return frame
 
 
-SITUATIONS = (*HDF5, *MATLAB, *COLUMNAR)
+SITUATIONS = (*HDF5, *MATLAB, *COLUMNAR, *STARTS, *ELSEWHERE)

@@ -167,7 +167,8 @@ def _is_asked(said: tuple[str, str], opens: Sequence[Open], words: Sequence[str]
     option, text = said
     if option in ("--input", "--output", "--scale"):
         name = text.partition("=")[0].strip() if "=" in text else None
-        asked = [one.key for one in opens if one.option.startswith(option)]
+        places = [one.option.removeprefix(f"{option} ") for one in opens if one.option.startswith(option)]
+        asked = [place.partition("=")[0] for place in places]
         return bool(asked) if name is None else name in asked
     return option in words
 

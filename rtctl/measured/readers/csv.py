@@ -16,6 +16,7 @@ import pyarrow.csv
 from rtctl.measured.readers.delimited.ending import find_ending
 from rtctl.measured.readers.delimited.form import BLANKS, OPENING_LINES, Form, find_form, is_number
 from rtctl.measured.readers.delimited.text import BLOCK_BYTES, Text, index_lines, open_text
+from rtctl.measured.readers.stated.beside import level_of_lines
 from rtctl.measured.readers.stated.preamble import NumberedLine, quoted, read_preamble
 from rtctl.measured.readers.table import Column, Header, Table, arrow_slice
 
@@ -67,6 +68,7 @@ def read(path: Path) -> Table:
         remarks=remarks,
         preamble=preamble,
         texts=_texts(opening, form),
+        beside={"": level_of_lines(one.text for one in _unnamed(opening, form))},
     )
 
 
@@ -79,8 +81,13 @@ def _above(opening: Sequence[NumberedLine], form: Form) -> list[NumberedLine]:
 
 def _texts(opening: Sequence[NumberedLine], form: Form) -> dict[str, str]:
     """Return the lines above the columns; the line that names them is none."""
-    lines = [one for one in opening[: form.head] if not all(name in one.text for name in form.names)]
-    return {quoted(one): one.text for one in lines}
+    return {quoted(one): one.text for one in _unnamed(opening, form)}
+
+
+def _unnamed(opening: Sequence[NumberedLine], form: Form) -> list[NumberedLine]:
+    """Return the lines above the columns, without the one that names them."""
+    names = [re.compile(rf"(?<!\w){re.escape(name)}(?!\w)") for name in form.names if name]
+    return [one for one in opening[: form.head] if not all(name.search(one.text) for name in names)]
 
 
 def _about_cells(error: str, form: Form, text: Text) -> str:

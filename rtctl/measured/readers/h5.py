@@ -26,6 +26,7 @@ from rtctl.measured.readers.stated.attributes import (
 )
 from rtctl.measured.readers.stated.beside import MOST_NUMBERS, levels_of, plain
 from rtctl.measured.readers.stated.rate import stated_period
+from rtctl.measured.readers.stated.start import stated_start
 from rtctl.measured.readers.table import Column, Header, Table, reading, vector_rows
 
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
@@ -162,6 +163,7 @@ def _header(dataset: Any, name: str, folder: Path) -> tuple[Header, Packing]:
         np.dtype(np.float64) if packing.changes_numbers and dataset.dtype.kind in "biuf" else dataset.dtype
     )
     period_s, key = stated_period(*_levels(dataset)) or (None, "")
+    start_s, start_key = stated_start(attributes) or (None, "")
     header = Header(
         shape=dataset.shape,
         dtype=dtype,
@@ -170,6 +172,8 @@ def _header(dataset: Any, name: str, folder: Path) -> tuple[Header, Packing]:
         unapplied=unapplied(attributes),
         period_s=period_s,
         period_key=key,
+        start_s=start_s,
+        start_key=start_key,
     )
     return header, packing
 

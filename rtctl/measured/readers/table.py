@@ -23,6 +23,7 @@ from rtctl.measured.readers.stated.attributes import (
 from rtctl.measured.readers.stated.beside import Level, Period
 from rtctl.measured.readers.stated.preamble import NOTHING, Preamble
 from rtctl.measured.readers.stated.rate import stated_period
+from rtctl.measured.readers.stated.start import stated_start
 
 Column = NDArray[Any]
 
@@ -122,10 +123,12 @@ def arrow_headers(schema: pa.Schema, rows: int) -> dict[str, Header]:
             refusal = ""
         except ValueError as error:
             refusal = str(error)
+        start_s, start_key = stated_start(attributes) or (None, "")
         period_s, key = stated_period(attributes, _texts(schema.metadata or {})) or (None, "")
         headers[entry.name] = Header(
             shape=(rows,), unit=stated_unit(attributes), refusal=refusal,
             unapplied=unapplied(attributes), period_s=period_s, period_key=key,
+            start_s=start_s, start_key=start_key,
         )  # fmt: skip
     return headers
 

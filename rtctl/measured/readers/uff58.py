@@ -31,7 +31,7 @@ Fields = Mapping[str, Any]
 _DIRECTIONS = ("S", "X", "Y", "Z", "RX", "RY", "RZ")
 _COMPLEX, _EVEN = (5, 6), 1  # record 7, fields 1 and 3
 _OF_TIME = (0, 1, 17)  # record 8, field 1: unknown, general, time
-_FREQUENCY = 18
+_FREQUENCY, _UNITS = 18, 164
 PARTS = {" in phase": np.real, " quadrature": np.imag}
 """Ends of the names of the two columns of a complex function, with what they hold of it."""
 _ABSCISSAE = {18: "frequency", 19: "rpm", 20: "order"}
@@ -64,6 +64,7 @@ def read(path: Path) -> Table:
             raise ValueError(f'column "{name}" ends after {len(values)} of {stated} values: damaged')
         return PARTS[part](values[first:end]) if part else values[first:end]
 
+    lengths = _length_units(path)
     headers = {name: _header(function) for name, function in zip(names, functions, strict=True)}
     columns = {
         name: Header(shape=values.shape, dtype=values.dtype, unit="Hz") for name, values in axes.items()
@@ -71,7 +72,22 @@ def read(path: Path) -> Table:
     for name, header in headers.items():
         both = [f"{name}{part}" for part in PARTS] if name in responses else [name]
         columns |= dict.fromkeys(both, header)
-    return Table(columns=columns, load=load, piecewise=False)
+    return Table(columns=columns, load=load, piecewise=False, remarks=lengths)
+
+
+def _length_units(path: Path) -> tuple[str, ...]:
+    """Return a remark where the file has units (dataset 164) in which a length of 1 is no metre."""
+    with reading("a universal file (UFF)"):
+        file = pyuff.UFF(str(path))
+        sets = [int(k) for k in np.flatnonzero(np.asarray(file.get_set_types()) == _UNITS)]
+        units = [file.read_sets(k) for k in sets]
+    factors = {float(one.get("length", 1.0)): str(one.get("units_description", "")).strip() for one in units}
+    return tuple(
+        f"the file states units (dataset 164, {text or 'not named'}) of which {factor:.6g} make a metre; ordinates without "
+        "a label of their own may be in these: check the units of the manifest"
+        for factor, text in factors.items()
+        if abs(factor - 1.0) > 1e-9
+    )
 
 
 def _is_response(function: Fields) -> bool:

@@ -56,9 +56,25 @@ def of_column(column: Column, given_unit: str, why: str, told: ToldRate | None) 
     unit = read_column(column).unit
     if unit.text and quantity_of(unit.text) == "time":
         guess = TimeGuess(column=column.name, unit=unit.text, why=f"{why}; {unit.source}")
+        if doubt := _may_be_days(column, unit.text):
+            return Time(guess, unsure=(doubt,))
         step_s = float(np.median(np.diff(read_time(column, unit.text).time_s)))
         return Time(guess, unsure=one_of_several(told, 1.0 / step_s) if step_s > 0.0 else ())
     return _of_unknown_unit(column, why, told)
+
+
+def _may_be_days(column: Column, unit: str) -> str:
+    """Return the doubt about seconds whose size and steps are those of days since 1900 or year 0; "": there is none."""
+    assert column.values is not None
+    size, step = float(np.nanmax(np.abs(column.values))), float(np.median(np.diff(column.values)))
+    for low, high, program in _DAYS:
+        if unit == "s" and low <= size < high and step < _FINEST_S:
+            return (
+                f'time: "{column.name}" reaches {size:.9g} and goes on by {step:.4g}, as days of {program} do: in '
+                f"seconds that is {1.0 / step:.6g} Hz, in days {1.0 / (86_400.0 * step):.6g} Hz; if it counts days, "
+                f"say --time {shlex.quote(column.name + ':d')}"
+            )
+    return ""
 
 
 def _other_time(column: Column, given_unit: str, told: ToldRate | None) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ import re
 from typing import NamedTuple
 
 from rtctl.measured.amplitude_unit import level_at_end
-from rtctl.measured.stated_unit import meanings, readable, unit_in_name
+from rtctl.measured.stated_unit import SINCE, meanings, readable, unit_in_name
 
 STRONG, WEAK = 4.0, 2.0
 """Votes of a word and of a single letter; a unit's vote lies between (`column_units.UNIT_VOTE`)."""
@@ -214,5 +214,6 @@ def _words(base: str) -> list[str]:
 
 def unit_meanings(text: str) -> tuple[str, ...]:
     """Return what a stated unit may mean, as pint reads it; () where it is no unit."""
+    text = SINCE.sub("", text)
     spelled = _TORQUES.get(text) or _SPELLED.get(text, text)
     return tuple(_SHORT.get(one, one) for one in meanings(spelled)) if readable(spelled) else ()

@@ -14,13 +14,20 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rtctl.measured.readers.stated.keys import is_fill_key, is_offset_key, is_scale_key, is_unit_key
+from rtctl.measured.readers.stated.keys import (
+    is_fill_key,
+    is_offset_key,
+    is_own_scale_key,
+    is_scale_key,
+    is_unit_key,
+)
 
 _FIRST_UNIT_KEYS = ("unit", "units", "unit_string", "unitstring", "ni_unitdescription", "einheit")
 """Keys that come before other words for a unit."""
 _SCALES, _OFFSETS = ("scale_factor",), ("add_offset",)
 _FILLS = ("_fillvalue", "missing_value")
 """The agreed keys of fill values, which have to be numbers; other words for them count where they are."""
+_PREFIXES = frozenset("pnuµμmcdkMG") | {"micro", "milli", "centi", "kilo", "mega"}
 _LEADING_NUMBER = re.compile(r"[+-]?(\d[\d.,]*|[.,]\d+)([eE][+-]?\d+)?(?=\s|$|[^\d:/-])")
 
 LONGEST_TEXT = 500
@@ -181,7 +188,11 @@ def unapplied(attributes: Mapping[str, Any]) -> str:
     """Return the attributes that may scale the numbers, in no agreed way, as `key = value`; "": there are none."""
     agreed = (*_SCALES, *_OFFSETS)
     return described_scales(
-        {key: value for key, value in attributes.items() if key.lower() not in agreed and is_scale_key(key)}
+        {
+            key: value
+            for key, value in attributes.items()
+            if key.lower() not in agreed and is_own_scale_key(key)
+        }
     )
 
 
@@ -193,7 +204,10 @@ def described_scales(stated: Mapping[str, Any]) -> str:
 
 def _changes_numbers(key: str, value: Any) -> bool:
     if not _is_numeric(value):
-        return _LEADING_NUMBER.match(text_of(value)) is not None
+        text = text_of(value)
+        return (
+            _LEADING_NUMBER.match(text) is not None or any(sign in text for sign in "=*") or text in _PREFIXES
+        )
     numbers = numbers_of(value)
     return bool(numbers.size) and not bool(np.all(numbers == (0.0 if is_offset_key(key) else 1.0)))
 

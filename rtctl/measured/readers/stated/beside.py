@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from rtctl.measured.readers.groups import Place
 from rtctl.measured.readers.stated.attributes import text_of
-from rtctl.measured.readers.stated.keys import is_unit_of_all
+from rtctl.measured.readers.stated.keys import is_unit_of_all, says_of_columns
 
 MOST_NUMBERS = 16
 """Numbers of an array that may state something of columns; a longer one is a column."""
+
+_LINE = re.compile(r"[#%;/*!'\"\s]*(?P<key>[^:=\t;,]{1,60}?)[\"']?\s*[:=\t;,](?P<values>.*)")
+_QUOTES = "\"' \t"
 
 Level = Mapping[str, Any]
 """Keys and values of a group, or of the file: texts, few numbers, tables of these."""
@@ -43,6 +47,23 @@ def levels_of(values: Mapping[str, Any], places: Mapping[str, Place]) -> dict[st
             if is_unit_of_all(table):
                 levels.setdefault(paths[-2], {}).setdefault(table, {})[key] = kept
     return levels
+
+
+def level_of_lines(lines: Iterable[str]) -> dict[str, Any]:
+    """Return what lines above columns say of them, `key: value` or `key<TAB>value<TAB>value`, by key.
+
+    Only keys are kept that may say how numbers are to be read: units, scales, numbers that stand for no reading.
+    """
+    found: dict[str, Any] = {}
+    for line in lines:
+        parts = _LINE.fullmatch(line)
+        if parts is None or not says_of_columns(parts["key"]):
+            continue
+        values = [one.strip(_QUOTES) for one in re.split(r"[\t;,]", parts["values"])]
+        values = [one for one in values if one]
+        if values:
+            found[parts["key"].strip(_QUOTES)] = values[0] if len(values) == 1 else values
+    return found
 
 
 def plain(value: Any) -> Any:

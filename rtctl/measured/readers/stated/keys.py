@@ -21,15 +21,27 @@ _OF_OTHER_AXES = frozenset(
 )  # fmt: skip
 """Words beside that for a unit which make it one of something else than the column's numbers."""
 _SCALE_WORDS = frozenset(
-    {"scale", "scaling", "scalefactor", "gain", "slope", "factor", "sensitivity", "multiplier", "calibration", "calib",
-     "calfactor", "conversion", "lsb", "empfindlichkeit", "verstaerkung", "faktor", "offset", "addoffset", "intercept"}
+    {"scale", "scales", "scaling", "gains", "factors", "offsets", "sensitivities", "calibrations", "slopes",
+     "scalefactor", "gain", "slope", "factor", "sensitivity", "multiplier", "calibration", "calib",
+     "calfactor", "conversion", "lsb", "empfindlichkeit", "verstaerkung", "faktor", "kalibrierfaktor",
+     "offset", "addoffset", "intercept"}
 )  # fmt: skip
-_OFFSET_WORDS = frozenset({"offset", "addoffset", "intercept"})
+_OWN_SCALE_WORDS = frozenset(
+    {"resolution", "cal", "coeff", "coeffs", "coefficient", "coefficients", "polynomial", "attenuation", "probe",
+     "amplification", "ratio", "normalization", "normalisation", "prefix", "exponent", "quantum", "zero", "bias",
+     "tare", "kalibrierfaktor", "umrechnung", "nullpunkt"}
+)  # fmt: skip
+"""Words that mean a scale at a column, and other things elsewhere."""
+_BETWEEN = frozenset({"per", "to", "pro"})
+_ORDINATE = frozenset({"y", "vertical", "ordinate", "values"})
+_OFFSET_WORDS = frozenset(
+    {"offset", "addoffset", "intercept", "zero", "bias", "tare", "nullpunkt", "exponent"}
+)
 _NO_SCALES = frozenset(
     {"full", "color", "colour", "gray", "grey", "log", "date", "due", "id", "serial", "type", "status", "number",
      "name", "time", "timestamp", "start", "utc", "zone", "delay", "wf", "ni", "certificate", "file", "lab", "by", "kp",
      "ki", "kd", "pid", "controller", "loop", "phase", "frequency", "rate", "quality", "crest", "power", "form",
-     "safety", "margin", "damping", "duty", "q"}
+     "safety", "margin", "damping", "duty", "q", "samples", "sample", "lines", "points"}
 )  # fmt: skip
 """Words beside that for a scale with which it scales no numbers of a column."""
 _FILLS = frozenset(
@@ -61,14 +73,27 @@ def is_unit_of(key: str, column: str) -> bool:
 
 
 def is_unit_of_all(key: str) -> bool:
-    """Return whether a key names units and nothing that has them: `units`, `EngineeringUnits`."""
-    return _beside(key, _UNIT_WORDS) == set()
+    """Return whether a key names units and nothing that has them: `units`, `EngineeringUnits`, `Y_Unit_Label`."""
+    rest = _beside(key, _UNIT_WORDS)
+    return rest is not None and rest <= _ORDINATE
 
 
 def is_scale_key(key: str) -> bool:
-    """Return whether a key may name a scale or an offset of numbers."""
+    """Return whether a key may name a scale or an offset of numbers, also as one unit in another: `mm_per_V`."""
+    words = words_of(key)
+    is_ratio = any(one in _BETWEEN for one in words[1:-1])
+    return (is_ratio or bool(set(words) & _SCALE_WORDS)) and not set(words) & _NO_SCALES
+
+
+def is_own_scale_key(key: str) -> bool:
+    """Return whether a key of a column itself may name a scale: there more words are one than in a group."""
     words = set(words_of(key))
-    return bool(words & _SCALE_WORDS) and not words & _NO_SCALES
+    return is_scale_key(key) or (bool(words & _OWN_SCALE_WORDS) and not words & _NO_SCALES)
+
+
+def says_of_columns(key: str) -> bool:
+    """Return whether a key that stands beside columns may say how their numbers are to be read."""
+    return _beside(key, _UNIT_WORDS) is not None or is_scale_key(key) or is_fill_key(key)
 
 
 def is_scale_of(key: str, column: str) -> bool:

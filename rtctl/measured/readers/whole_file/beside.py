@@ -7,55 +7,138 @@ of the column's own name that has its unit. A scale or a unit that does not say 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
-from rtctl.measured.readers.stated.attributes import described_scales, stated_unit, unit_text
-from rtctl.measured.readers.stated.beside import Level, Period
-from rtctl.measured.readers.stated.keys import is_scale_key, is_scale_of, is_unit_of, is_unit_of_all
+import numpy as np
+
+from rtctl.measured.readers.stated.attributes import described_scales, numbers_of, stated_unit, unit_text
+from rtctl.measured.readers.stated.beside import MOST_NUMBERS, Level, Period
+from rtctl.measured.readers.stated.keys import (
+    is_fill_key,
+    is_scale_key,
+    is_scale_of,
+    is_unit_of,
+    is_unit_of_all,
+)
 from rtctl.measured.readers.stated.rate import stated_period
-from rtctl.measured.readers.table import Header, Table
+from rtctl.measured.readers.table import Column, Header, Table
 
-_DEEPEST = 2
+_DEEPEST = 3
 """Tables within tables that are looked into."""
 _LONGEST_JSON = 20_000
+_SAME = 1e-3
+"""Relative difference of two periods up to which they are one."""
+_NAMES = ("name", "channel", "column", "label", "id")
+"""Keys by which an entry of a list says of which column it is."""
+
+
+class _Named(NamedTuple):
+    """A column, and its name within its innermost group."""
+
+    column: str
+    name: str
 
 
 def with_beside(table: Table) -> Table:
-    """Return a table whose columns have the units that stand beside them; scales and other units there are remarks."""
+    """Return a table with the units, the fill values and the rates that stand beside its columns.
+
+    Scales, and units that do not say of which column, are remarks.
+    """
     if not table.beside:
         return table
-    levels = {path: dict(_expanded(level)) for path, level in table.beside.items()}
-    headers = {name: _told(table, header, name, levels) for name, header in table.columns.items()}
-    periods = {
-        name: Period(*found)
-        for name in headers
-        if (found := stated_period(*_around(table, name, levels))) is not None
+    inside = {path: list(_columns_of(table, path)) for path in ("", *_groups_of_columns(table))}
+    levels = {
+        path: dict(_expanded(level, [one.name for one in inside[path]]))
+        for path, level in _gathered(table, inside).items()
     }
-    remarks = [remark for path, level in levels.items() for remark in _of_no_column(table, path, level)]
-    return replace(table, columns=headers, remarks=(*table.remarks, *remarks), periods=periods)
+    headers = {name: _told(table, header, name, levels) for name, header in table.columns.items()}
+    remarks = [
+        remark for path, level in levels.items() for remark in _of_no_column(path, level, inside[path])
+    ]
+    return replace(
+        table,
+        columns=headers,
+        load=_without_fills(table, levels),
+        remarks=(*table.remarks, *remarks, *_contradictions(table, levels)),
+        periods={
+            name: Period(*found)
+            for name in headers
+            if (found := stated_period(*_around(table, name, levels))) is not None
+        },
+    )
 
 
-def _expanded(level: Level, depth: int = 0) -> Iterator[tuple[str, Any]]:
+def _groups_of_columns(table: Table) -> list[str]:
+    """Return the groups that have columns of a measurement in them, not only what stands beside such columns."""
+    found = [
+        group
+        for name, header in table.columns.items()
+        if max(header.shape, default=1) > MOST_NUMBERS
+        for group in table.place(name).groups
+    ]
+    return list(dict.fromkeys(found))
+
+
+def _columns_of(table: Table, path: str) -> Iterator[_Named]:
+    for name, header in table.columns.items():
+        if (not path or path in table.place(name).groups) and max(header.shape, default=1) > MOST_NUMBERS:
+            yield _Named(name, _own_name(table, name))
+
+
+def _gathered(table: Table, inside: Mapping[str, Sequence[_Named]]) -> dict[str, dict[str, Any]]:
+    """Return the levels of the groups that have columns; what another group has is a table of the one around it."""
+    levels: dict[str, dict[str, Any]] = {}
+    for path in sorted(table.beside, key=len, reverse=True):
+        level = {**table.beside[path], **levels.get(path, {})}
+        if path in inside:
+            levels[path] = level
+            continue
+        levels.pop(path, None)
+        at = max(path.rfind("/"), path.rfind("."))
+        levels.setdefault(path[: max(at, 0)], {})[path[at + 1 :]] = level
+    return levels
+
+
+def _expanded(level: Level, columns: Sequence[str], depth: int = 0) -> Iterator[tuple[str, Any]]:
     """Yield keys and values, texts in JSON as the tables that they are, and what such tables have of columns."""
     for key, value in level.items():
-        table = _json_table(value) if isinstance(value, str) else value
-        if not isinstance(table, Mapping):
-            yield key, value
-            continue
+        table = _as_table(key, _from_json(value) if isinstance(value, str) else value, columns)
         yield key, table
-        if depth < _DEEPEST and not is_unit_of_all(key):
-            yield from _expanded(table, depth + 1)
+        if (
+            isinstance(table, Mapping)
+            and depth < _DEEPEST
+            and key not in columns
+            and not _is_table_of_columns(key)
+        ):
+            yield from _expanded(table, columns, depth + 1)
 
 
-def _json_table(text: str) -> Any:
-    if not text.lstrip().startswith("{") or len(text) > _LONGEST_JSON:
-        return None
+def _is_table_of_columns(key: str) -> bool:
+    return is_unit_of_all(key) or is_scale_key(key)
+
+
+def _as_table(key: str, value: Any, columns: Sequence[str]) -> Any:
+    """Return a list as a table: of entries that have names, or of one unit a column, the first of which is the time."""
+    if not isinstance(value, list):
+        return value
+    if value and all(isinstance(one, Mapping) for one in value):
+        named = {next((str(one[name]) for name in _NAMES if name in one), ""): one for one in value}
+        return {name: one for name, one in named.items() if name} or value
+    for names in (columns, columns[1:]):
+        if is_unit_of_all(key) and len(names) == len(value) > 1:
+            return dict(zip(names, value, strict=True))
+    return value
+
+
+def _from_json(text: str) -> Any:
+    if text.lstrip()[:1] not in ("{", "[") or len(text) > _LONGEST_JSON:
+        return text
     try:
         return json.loads(text)
     except (ValueError, RecursionError):
-        return None
+        return text
 
 
 def _around(table: Table, name: str, levels: Mapping[str, Level]) -> list[Level]:
@@ -74,44 +157,48 @@ def _told(table: Table, header: Header, name: str, levels: Mapping[str, Level]) 
     own = _own_name(table, name)
     around = _around(table, name, levels)
     unit = header.unit or next((text for level in around if (text := _unit_of(level, own))), None)
-    scales = described_scales({
-        key: value for level in reversed(around) for key, value in level.items() if is_scale_of(key, own)
-    })  # fmt: skip
-    unapplied = ", ".join(one for one in (header.unapplied, scales) if one)
+    scales: dict[str, Any] = {}
+    for level in reversed(around):
+        scales |= {key: value for key, value in level.items() if is_scale_of(key, own)}
+        scales |= {
+            f"{key}.{own}": value[own]
+            for key, value in level.items()
+            if isinstance(value, Mapping) and is_scale_key(key) and own in value
+        }
+    unapplied = ", ".join(one for one in (header.unapplied, described_scales(scales)) if one)
     return header._replace(unit=unit, unapplied=unapplied)
 
 
 def _unit_of(level: Level, column: str) -> str | None:
     """Return the unit of a column that a level states by the column's name; None: it does not."""
     for key, value in level.items():
-        if isinstance(value, Mapping):
-            own = value.get(column)
-            if key == column:
-                found = stated_unit(value)
-            elif is_unit_of_all(key):
-                found = unit_text(own) if own is not None else None
-            else:
-                found = None
-        else:
+        found: str | None = None
+        if not isinstance(value, Mapping):
             found = unit_text(value) if is_unit_of(key, column) else None
+        elif key == column:
+            found = stated_unit(value)
+        elif is_unit_of_all(key):
+            found = unit_text(value[column]) if column in value else None
+        elif isinstance(value.get(column), Mapping):  # an entry a column: `channels`
+            found = stated_unit(value[column])
         if found:
             return found
     return None
 
 
-def _of_no_column(table: Table, path: str, level: Level) -> Iterator[str]:
+def _of_no_column(path: str, level: Level, inside: Sequence[_Named]) -> Iterator[str]:
     """Yield remarks on units and scales of a group or a file that do not say of which column they are."""
-    inside = [name for name in table.columns if not path or path in table.place(name).groups]
-    names = [_own_name(table, name) for name in inside]
+    if not inside:
+        return
     where = f'its group "{path}"' if path else "itself"
     scales = {
         key: value
         for key, value in level.items()
         if is_scale_key(key)
         and not isinstance(value, Mapping)
-        and not any(is_scale_of(key, name) for name in names)
+        and not any(is_scale_of(key, one.name) for one in inside)
     }
-    if inside and (text := described_scales(scales)):
+    if text := described_scales(scales):
         yield (
             f"the file states {text} of {where}, which is not applied; if it scales the numbers of a signal, write "
             "scale and offset into its [signals] table (signal = scale * column + offset)"
@@ -121,8 +208,55 @@ def _of_no_column(table: Table, path: str, level: Level) -> Iterator[str]:
         for key, value in level.items()
         if is_unit_of_all(key) and (text := unit_text(value))
     ]
-    if inside and units:
+    if units:
         yield (
             f"the file states {', '.join(units)} of {where} and not of which column: it is not compared with the "
             "units of the manifest"
         )
+
+
+def _contradictions(table: Table, levels: Mapping[str, Level]) -> Iterator[str]:
+    """Yield remarks on rates around columns that are not theirs, each once."""
+    told: set[tuple[float, float]] = set()
+    for name, header in table.columns.items():
+        for level in _around(table, name, levels) if header.period_s is not None else ():
+            found = stated_period(level)
+            if found is None or header.period_s is None or abs(found[0] / header.period_s - 1.0) <= _SAME:
+                continue
+            pair = header.period_s, found[0]
+            if pair not in told:
+                told.add(pair)
+                yield (
+                    f'the file states two rates: {1.0 / pair[0]:.6g} Hz for column "{name}" ({header.period_key}), '
+                    f"{1.0 / pair[1]:.6g} Hz around it ({found[1]}); the first one counts"
+                )
+
+
+def _without_fills(table: Table, levels: Mapping[str, Level]) -> Callable[[str, int, int], Column]:
+    """Return the table's `load`, with NaN for numbers that stand beside the columns as those of no reading."""
+    fills = {
+        name: numbers
+        for name in table.columns
+        if (numbers := [one for level in _around(table, name, levels) for one in _fills_of(level)])
+    }
+    if not fills:
+        return table.load
+
+    def load(name: str, first: int, end: int) -> Column:
+        values = table.load(name, first, end)
+        if name not in fills or values.dtype.kind not in "iuf":
+            return values
+        readings = values.astype(np.float64)
+        readings[np.isin(readings, fills[name])] = np.nan
+        return readings
+
+    return load
+
+
+def _fills_of(level: Level) -> Iterator[float]:
+    for key, value in level.items():
+        if is_fill_key(key) and not isinstance(value, Mapping):
+            try:
+                yield from (float(one) for one in numbers_of(value) if np.isfinite(one))
+            except (ValueError, TypeError):
+                continue
