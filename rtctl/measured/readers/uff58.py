@@ -83,8 +83,8 @@ def _length_units(path: Path) -> tuple[str, ...]:
         units = [file.read_sets(k) for k in sets]
     factors = {float(one.get("length", 1.0)): str(one.get("units_description", "")).strip() for one in units}
     return tuple(
-        f"the file states units (dataset 164, {text or 'not named'}) of which {factor:.6g} make a metre; ordinates without "
-        "a label of their own may be in these: check the units of the manifest"
+        f"the file states units (dataset 164, {text or 'not named'}) of which {factor:.6g} make a metre; ordinates "
+        "without a label of their own may be in these: check the units of the manifest"
         for factor, text in factors.items()
         if abs(factor - 1.0) > 1e-9
     )
