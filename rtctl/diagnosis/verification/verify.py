@@ -42,7 +42,7 @@ def verify(
         request: Records, budget and options of the search.
         fits: The nominal model and the chosen set, fitted to whole records.
         holdout: Test records, and what errors on them are computed with.
-        uncut: Whether the search used whole records; else the test records cannot contradict it.
+        uncut: Whether the search used whole records; else only the test records show what comes after their parts.
     """
     problem = request.problem
     outputs = search.nominal.hypothesis.sensitivity.outputs
@@ -60,7 +60,7 @@ def verify(
     if not verdict.names_causes:
         fits = Fits(fits.before, fits.before)
     final_gain = holdout.gain_of(fits, problem.subject.output)
-    if uncut:
+    if uncut or verdict.claim == "explained":
         verdict = require_holdout_residual(verdict, final_gain, fits.after, problem, holdout.tests)
     return Verified(
         verdict,
