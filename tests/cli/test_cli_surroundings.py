@@ -101,3 +101,17 @@ def test_a_name_that_is_no_utf_8_is_refused(
 def test_python_refuses_such_a_name_as_well(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="not UTF-8"):
         rtctl.init(tmp_path / "m\udce4.csv")
+
+
+@pytest.mark.parametrize("goal", ["loop.csv", "gone.csv"])
+def test_a_link_that_leads_to_no_file_is_one_message(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], goal: str
+) -> None:
+    link = tmp_path / "loop.csv"
+    link.symlink_to(goal)
+    assert main(["init", str(link), "--yes"]) == 2
+    said = capsys.readouterr().err
+    assert said == (
+        f"rtctl init: {link}: is a symbolic link to {goal}, which leads to no file; correct the link, or name the "
+        "file\n"
+    )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -98,7 +99,9 @@ def survey_files(files: Sequence[Path]) -> tuple[Survey, ...]:
         raise InputError("no data file was given")
     found, wrong = [], []
     for k, path in enumerate(files):
-        if path.resolve() in [other.resolve() for other in files[:k]]:
+        if os.path.realpath(path) in [
+            os.path.realpath(other) for other in files[:k]
+        ]:  # which takes a loop of links
             wrong.append(f"{path}: is given twice; name it once")
             continue
         try:

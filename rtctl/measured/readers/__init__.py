@@ -58,8 +58,7 @@ def open_table(path: Path) -> Table:
     if path.is_dir():
         raise ValueError("is a folder, a file is needed")
     if not path.is_file():
-        siblings = [other.name for other in path.parent.glob("*") if suffix_of(other) in READERS]
-        raise ValueError(f"no such file in {path.parent}{nearest(path.name, siblings)}")
+        raise ValueError(_about_missing(path))
     try:
         size = path.stat().st_size
         with path.open("rb"):
@@ -82,3 +81,11 @@ def open_table(path: Path) -> Table:
     else:
         table = importlib.import_module(module).read(path)
     return with_beside(with_matrix_columns(table, matlab=suffix == ".mat"))
+
+
+def _about_missing(path: Path) -> str:
+    """Return why a path is no file that can be opened."""
+    if path.is_symlink() and not path.exists():
+        return f"is a symbolic link to {path.readlink()}, which leads to no file; correct the link, or name the file"
+    siblings = [other.name for other in path.parent.glob("*") if suffix_of(other) in READERS]
+    return f"no such file in {path.parent}{nearest(path.name, siblings)}"
