@@ -115,3 +115,11 @@ def test_a_link_that_leads_to_no_file_is_one_message(
         f"rtctl init: {link}: is a symbolic link to {goal}, which leads to no file; correct the link, or name the "
         "file\n"
     )
+
+
+def test_a_pipe_is_no_data_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    os.mkfifo(tmp_path / "r.csv")
+    assert main(["init", str(tmp_path / "r.csv"), "--yes"]) == 2
+    said = capsys.readouterr().err
+    assert f"{tmp_path / 'r.csv'}: is a pipe, a socket or a device, a file is needed" in said
+    assert "such as new_r.csv, and name that" in said

@@ -87,5 +87,10 @@ def _about_missing(path: Path) -> str:
     """Return why a path is no file that can be opened."""
     if path.is_symlink() and not path.exists():
         return f"is a symbolic link to {path.readlink()}, which leads to no file; correct the link, or name the file"
+    if path.exists():  # and is no folder
+        return (
+            "is a pipe, a socket or a device, a file is needed: write what comes out of it into a file, such as "
+            f"new_{path.name}, and name that"
+        )
     siblings = [other.name for other in path.parent.glob("*") if suffix_of(other) in READERS]
     return f"no such file in {path.parent}{nearest(path.name, siblings)}"
