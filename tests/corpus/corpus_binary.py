@@ -285,7 +285,19 @@ MATLAB = (
     Situation("MATLAB 7.3, a timeseries", matlab73(timeseries73), refused("r.mat", "x", "timeseries", "x.Time", "Data"), TIMED),
 )  # fmt: skip
 
+
+def listed(path: Path) -> None:
+    """As a data frame that has one row for each piece of a measurement."""
+    halves = {
+        name: [values[:300].tolist(), values[300:].tolist()]
+        for name, values in zip("tux", (T, U, X), strict=True)
+    }
+    (pq.write_table if path.suffix == ".parquet" else feather.write_feather)(pa.table(halves), path)
+
+
 COLUMNAR = (
+    Situation("Parquet with a list in each row", made("r.parquet", listed), refused("r.parquet", "holds a list in each row", "explode"), TIMED),
+    Situation("Feather with a list in each row", made("r.feather", listed), refused("r.feather", "holds a list in each row", "explode"), TIMED),
     Situation("NumPy", made("r.npz", lambda path: np.savez(path, t=T, u=U, x=X)), RIGHT, TIMED),
     Situation("NumPy packed", made("r.npz", lambda path: np.savez_compressed(path, t=T, u=U, x=X)), RIGHT, TIMED),
     Situation("NumPy, one matrix", made("r.npz", lambda path: np.savez(path, data=MATRIX)), RIGHT, {"inputs": "data[:,1]:V", "outputs": {"displacement": "data[:,2]:mm"}, "time": "data[:,0]:s"}),

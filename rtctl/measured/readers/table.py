@@ -124,6 +124,11 @@ def arrow_headers(schema: pa.Schema, rows: int) -> dict[str, Header]:
         except ValueError as error:
             refusal = str(error)
         start_s, start_key = stated_start(attributes) or (None, "")
+        if _is_list(entry.type):
+            refusal = (
+                "holds a list in each row, one number is needed: write a row for each number (in pandas: explode), or "
+                "a column for each place in the lists"
+            )
         period_s, key = stated_period(attributes, _texts(schema.metadata or {})) or (None, "")
         headers[entry.name] = Header(
             shape=(rows,), unit=stated_unit(attributes), refusal=refusal,
@@ -131,6 +136,11 @@ def arrow_headers(schema: pa.Schema, rows: int) -> dict[str, Header]:
             start_s=start_s, start_key=start_key,
         )  # fmt: skip
     return headers
+
+
+def _is_list(kind: pa.DataType) -> bool:
+    tests = (pa.types.is_list, pa.types.is_large_list, pa.types.is_fixed_size_list, pa.types.is_map)
+    return any(test(kind) for test in tests)
 
 
 def arrow_texts(schema: pa.Schema) -> dict[str, str]:
