@@ -65,6 +65,8 @@ SPREADSHEETS = (
     Situation("a preamble", text("Operator: A. Smith\nDate: 2026-11-21\nGain: 10\n\n" + PLAIN), RIGHT),
     Situation("a preamble of numbers", text("1;2\n3;4;5;6;7\n\n" + PLAIN), RIGHT),
     Situation("a preamble of 400 lines", text("".join(f"note {k}\n" for k in range(400)) + PLAIN), refused("r.csv", "column")),
+    Situation("a cell of 5 MB", text(with_cell(500, "x" * 5_000_000)), refused("r.csv", "line 502 is longer than 256 kB", "correct or remove")),
+    Situation("a cell of 5 MB in an early row", text(with_cell(5, "1" * 5_000_000)), refused("r.csv", "line 7 is longer than 256 kB", "correct or remove")),
     Situation("a line of totals at the end", text(PLAIN + "Mean,0.1,0.2\n"), refused("r.csv", "text", "Mean")),
     Situation("a comment at the end", text(PLAIN + "# end of measurement\n"), refused("r.csv")),
     Situation("empty rows of a spreadsheet at the end", text(PLAIN + ",,\n,,\n"), Right(remark="2 empty rows")),

@@ -15,7 +15,7 @@ import pyarrow.csv
 
 from rtctl.measured.readers.delimited.ending import find_ending
 from rtctl.measured.readers.delimited.form import BLANKS, OPENING_LINES, Form, find_form, is_number
-from rtctl.measured.readers.delimited.text import BLOCK_BYTES, Text, index_lines, open_text
+from rtctl.measured.readers.delimited.text import BLOCK_BYTES, Text, index_lines, open_text, too_long
 from rtctl.measured.readers.stated.beside import level_of_lines
 from rtctl.measured.readers.stated.preamble import NumberedLine, quoted, read_preamble
 from rtctl.measured.readers.table import Column, Header, Table, arrow_slice
@@ -91,7 +91,9 @@ def _unnamed(opening: Sequence[NumberedLine], form: Form) -> list[NumberedLine]:
 
 
 def _about_cells(error: str, form: Form, text: Text) -> str:
-    """Return what a person reads where a row has not as many cells as there are columns."""
+    """Return what a person reads where a row is too long, or has not as many cells as there are columns."""
+    if "straddling" in error and (number := text.too_long_line()):
+        return too_long(number)
     found = re.search(r"Expected (\d+) columns, got (\d+)", error)
     if found is None:
         return f"not readable as CSV: {error}"

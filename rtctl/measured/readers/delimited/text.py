@@ -22,6 +22,7 @@ BLOCK_BYTES = 1 << 18
 LARGEST_COPY = 1 << 30
 """Bytes of a copy in memory; larger files have to be plain ones."""
 _LF, _CR, _QUOTE, _BLANK, _TAB = b'\n\r" \t'
+_LINE_END = re.compile(rb"\r\n|\n|\r")
 _GZIP = b"\x1f\x8b"
 _WIDE_MARKS = {
     codecs.BOM_UTF32_LE: "utf-32-le",
@@ -93,11 +94,13 @@ class Text:
         return Text(self.path, text + b"\n" if self.whole()[-1:] in (b"\n", b"\r") else text)
 
     def opening(self, lines: int) -> list[NumberedLine]:
-        """Return the first lines that are not blank, without their ends."""
+        """Return the first lines that are not blank, without their ends. Raises ValueError for a line without end."""
         found: list[NumberedLine] = []
         count = 0
         with self.opened() as file:
             while len(found) < lines and (raw := file.readline(BLOCK_BYTES)):
+                if len(raw) == BLOCK_BYTES and not _LINE_END.search(raw):
+                    raise ValueError(too_long(count + 1))
                 parts = [_decoded(part) for part in raw.splitlines()]  # ends may be CR only
                 found += [NumberedLine(k, part) for k, part in enumerate(parts, count + 1) if part.strip()]
                 count += len(parts)
@@ -114,6 +117,21 @@ class Text:
                     if seen < head and part:
                         written, seen = written + 1, seen + bool(part.strip())
         return written
+
+    def too_long_line(self) -> int:
+        """Return the number, from 1, of the first line that is longer than a block; 0: none is."""
+        count = held = 0
+        with self.opened() as file:
+            while block := file.read(BLOCK_BYTES):
+                *ended, last = _LINE_END.split(block)
+                for k, part in enumerate(ended):
+                    if len(part) + (held if k == 0 else 0) > BLOCK_BYTES:
+                        return count + 1
+                    count += 1
+                held = len(last) + (0 if ended else held)
+                if held > BLOCK_BYTES:
+                    return count + 1
+        return 0
 
     def size(self) -> int:
         """Return the number of bytes."""
@@ -182,6 +200,14 @@ def _about_quote(text: Text, end: int) -> str:
     with text.opened() as file:
         number = len(file.read(end).splitlines())
     return f"line {number}: a line break stands inside quotes, or a quote is not closed; remove it"
+
+
+def too_long(number: int) -> str:
+    """Return the message about a line, counted from 1, that is longer than a block."""
+    return (
+        f"line {number} is longer than {BLOCK_BYTES >> 10} kB, which no row of numbers is: it is damaged, or a cell of "
+        "it holds a text; correct or remove it"
+    )
 
 
 _ONLY_BLANKS = re.compile(rb"[ \t]+(?=[\r\n]|\Z)")
