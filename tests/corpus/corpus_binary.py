@@ -254,7 +254,13 @@ HDF5 = (
     Situation("NetCDF 3 named .csv", made("r.csv", lambda path: path.write_bytes(b"CDF\x01" + bytes(64))), refused("r.csv", "NetCDF 3", "save it")),
 )  # fmt: skip
 
+SHORTER = refused(
+    "r.mat", "differ in length", '"u" has 600 rows, "x" has 300 rows, "t" has 600 rows', "resample"
+)
 MATLAB = (
+    Situation("MATLAB with a signal of half the rows of the time", mat(t=T, u=U, x=X[:300]), SHORTER, TIMED),
+    Situation("MATLAB with a signal without rows", mat(t=T, u=U, x=X[:0]), refused("r.mat", "differ in length", '"x" has no rows'), TIMED),
+    Situation("MATLAB with signals of half the rows of a third one", mat(u=U, x=X, z=np.tile(X, 2), w=np.tile(U, 2)), RIGHT, NAMES | {"sample_rate_hz": 1000.0}),
     Situation("MATLAB 5", mat(t=T, u=U, x=X), RIGHT, TIMED),
     Situation("MATLAB 5 with a rate", mat(u=U, x=X, fs=1000.0), RIGHT, NAMES),
     Situation("MATLAB 5 with a period", mat(u=U, x=X, dt=1e-3), RIGHT, NAMES),
@@ -339,8 +345,30 @@ COLUMNAR = (
     Situation("UFF of frequency", uff(abscissa=18), refused("r.uff", "function of frequency")),
     Situation("UFF cut off", made("r.uff", lambda path: (uff()(path.parent), path.write_bytes(path.read_bytes()[:-7]))), refused("r.uff", "cut off")),
 )  # fmt: skip
+LATER = Right(remark="begin at different times", rows=590, fewest=590, lost=np.arange(5, 595))
+LATER_END = LATER._replace(rows=595, fewest=595, lost=np.arange(5, 600))
+
+
+def later_tdms(u: np.ndarray, x: np.ndarray, later_us: int = 5000) -> Write:
+    start = np.datetime64("2026-11-21T10:00:00", "us")
+    of = {
+        name: {"wf_increment": 1e-3, "wf_start_offset": 0.0, "wf_start_time": time}
+        for name, time in (("u", start), ("x", start + np.timedelta64(later_us, "us")))
+    }
+    return made("r.tdms", lambda path: write_tdms(path, {"u": u, "x": x}, of))
+
+
+def later_uff(folder: Path) -> Path:
+    write_uff(folder / "r.uff", [uff58(U[:595], id1="u"), uff58(X[5:], id1="x", start=0.005)])
+    return folder / "r.uff"
+
+
 SIMULATED_MDF = b"MDF     4.10    rtctl   " + bytes(400)
 OTHERS = (
+    Situation("TDMS with a waveform that begins 5 ms later", later_tdms(U[:595], X[5:]), LATER, NAMES),
+    Situation("TDMS with a waveform that begins 5 ms later and ends with the other", later_tdms(U, X[5:]), LATER_END, NAMES),
+    Situation("TDMS with a waveform that begins 5.4 ms later", later_tdms(U, X, 5400), refused("r.tdms", "not a whole number", "resample"), NAMES),
+    Situation("UFF with an abscissa that begins 5 ms later", later_uff, LATER, NAMES),
     Situation("MDF without its package, or damaged", made("r.mf4", lambda path: path.write_bytes(SIMULATED_MDF)), refused("r.mf4", "measurement data file" if find_spec("asammdf") else "pip install 'rtctl[mdf]'")),
     Situation("MDF named .dat", made("r.dat", lambda path: path.write_bytes(SIMULATED_MDF)), refused("r.dat", "rename it to .mf4")),
     Situation("HDF5 named .dat", made("r.dat", lambda path: path.write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(99))), refused("r.dat", "HDF5", "rename it to .h5")),

@@ -3,14 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Protocol
 
-from rtctl.measured.readers.table import Header
+
+class Begun(Protocol):
+    """What states when a column begins: its header, or what was surveyed of it."""
+
+    @property
+    def start_s(self) -> float | None:
+        """Time [s] of the first sample, from an origin that the columns share."""
+
+    @property
+    def start_key(self) -> str:
+        """Key under which the file states it."""
+
 
 SAME = 0.01
 """Difference of two starts, in periods, below which they are the same instant."""
 
 
-def leading_rows(headers: Mapping[str, Header], period_s: float) -> dict[str, int]:
+def leading_rows(headers: Mapping[str, Begun], period_s: float) -> dict[str, int]:
     """Return the rows of each column before the instant at which the last of them begins.
 
     Args:
@@ -35,7 +47,7 @@ def leading_rows(headers: Mapping[str, Header], period_s: float) -> dict[str, in
     return leads
 
 
-def describe_leads(leads: Mapping[str, int], headers: Mapping[str, Header]) -> str:
+def describe_leads(leads: Mapping[str, int], headers: Mapping[str, Begun]) -> str:
     """Return what was left out to align the columns; "": nothing was."""
     early = {name: lead for name, lead in leads.items() if lead}
     if not early:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from rtctl.border.errors import InputError
 from rtctl.measured.manifest.signal_kinds import measured_kinds
+from rtctl.measured.proposal.aligned import aligned
 from rtctl.measured.proposal.between_rows.hold import find_hold
 from rtctl.measured.proposal.candidates import (
     LOGARITHM,
@@ -303,12 +304,13 @@ def _records(
     surveys: Sequence[Survey], signals: Sequence[SignalGuess], time: TimeGuess, answers: Answers, plant: str
 ) -> tuple[tuple[RecordGuess, ...], TimeGuess, list[str]]:
     """Return the records of all files, the time with its resampling, and what should be looked at."""
-    parts, notes, stamps = [], [], []
+    parts, notes, stamps, read = [], [], [], []
     for survey in surveys:
         columns = [one.column for one in signals if one.column in survey.columns]
         try:
-            rows, cut = find_parts(survey, columns, time)
-            stamps.append(judge_stamps(survey, rows, time))
+            read.append(aligned(survey, columns, time))
+            rows, cut = find_parts(read[-1], columns, time)
+            stamps.append(judge_stamps(read[-1], rows, time))
         except ValueError as error:
             raise InputError(f"{survey.path}{_of_group(survey)}: {error}") from None
         parts.append(rows)
@@ -320,10 +322,10 @@ def _records(
     if rounded:
         rounded = f'"{time.column}": {rounded}'
     rates = [
-        one.rate_hz if rounded else told_rate_hz(survey) for one, survey in zip(stamps, surveys, strict=True)
+        one.rate_hz if rounded else told_rate_hz(survey) for one, survey in zip(stamps, read, strict=True)
     ]
-    uses = _uses(surveys, signals, plant)
-    records = propose_records(surveys, parts, rates, answers.test, uses)
+    uses = _uses(read, signals, plant)
+    records = propose_records(read, parts, rates, answers.test, uses)
     if plant == "vo2" and not any(one.use == "identify" for one in records):
         notes.append(NO_STAIRCASE)
     elif plant == "vo2":

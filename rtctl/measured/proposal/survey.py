@@ -20,6 +20,11 @@ from rtctl.measured.readers.stated.preamble import NOTHING, Preamble
 from rtctl.measured.readers.table import Table
 
 _SHOWN = 8
+OTHER_RATES = (
+    ". They were recorded at different rates: export them again with one time for all, or resample the faster "
+    "ones to the rate of the slowest with a filter against aliasing (SciPy resample_poly, MATLAB resample)"
+)
+"""What to do with columns of different lengths, to end a message."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,6 +40,10 @@ class Column:
     """Sample period [s] that the file states."""
     period_key: str = ""
     """Key under which the file states the period."""
+    start_s: float | None = None
+    """Time [s] of its first sample that the file states, from an origin that its columns share."""
+    start_key: str = ""
+    """Key under which the file states it."""
     place: Place = TOP
     """Place in the groups of the file."""
     raw: NDArray[Any] | None = None
@@ -159,6 +168,8 @@ def _column(cache: TableCache, path: Path, table: Table, name: str) -> Column:
         unit=unit,
         period_s=header.period_s,
         period_key=header.period_key,
+        start_s=header.start_s,
+        start_key=header.start_key,
         place=table.place(name),
     )
     try:
@@ -183,6 +194,9 @@ def _check_usable(survey: Survey) -> None:
     if len(refusals) == 1 and len(survey.columns) > 1 and "" not in refusals:
         raise ValueError(refusals.pop())  # of the file as a whole: once
     numeric = survey.numeric
+    starts = {one.start_s for one in survey.columns.values() if one.rows > 1 and one.values is not None}
+    if len(starts - {None}) > 1:
+        return  # columns that begin at different times may have different lengths
     if len(numeric) < 2 or survey.rows < 2:
         have = ", ".join(f'"{name}" ({_kind(one)})' for name, one in list(survey.columns.items())[:_SHOWN])
         raise ValueError(
@@ -201,10 +215,7 @@ def _remedy(survey: Survey) -> str:
     """Return what to do with columns of several rates or a matrix of all signals, the usual reasons; "" for others."""
     lengths = {one.rows for one in survey.columns.values() if one.values is not None and one.rows > 1}
     if len(lengths) > 1:
-        return (
-            ". They were recorded at different rates: export them again with one time for all, or resample the faster "
-            "ones to the rate of the slowest with a filter against aliasing (SciPy resample_poly, MATLAB resample)"
-        )
+        return OTHER_RATES
     for name, column in survey.columns.items():
         if "one dimension is needed" in column.refusal:
             if survey.path.suffix.lower() == ".mat":
