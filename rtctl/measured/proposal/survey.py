@@ -81,25 +81,24 @@ class Survey:
     """What the file says in words, by where it stands."""
     group: str | None = None
     """Group that it is; None: the whole file."""
+    rows: int = field(init=False)
+    """Length of its longest column of numbers."""
+    numeric: Mapping[str, Column] = field(init=False, repr=False, compare=False)
+    """Columns of numbers as long as the longest one."""
+
+    def __post_init__(self) -> None:
+        """Look for the longest columns once: they are asked for with every column."""
+        numbers_of = {name: one for name, one in self.columns.items() if one.values is not None}
+        rows = max((one.rows for one in numbers_of.values()), default=0)
+        object.__setattr__(self, "rows", rows)
+        object.__setattr__(
+            self, "numeric", {name: one for name, one in numbers_of.items() if one.rows == rows}
+        )
 
     @property
     def label(self) -> str:
         """Name of what can be a test: of the group, else of the file."""
         return self.group or self.path.name
-
-    @property
-    def rows(self) -> int:
-        """Length of its longest column of numbers."""
-        return max((column.rows for column in self.columns.values() if column.values is not None), default=0)
-
-    @property
-    def numeric(self) -> dict[str, Column]:
-        """Columns of numbers as long as the longest one."""
-        return {
-            name: one
-            for name, one in self.columns.items()
-            if one.values is not None and one.rows == self.rows
-        }
 
 
 def survey_files(files: Sequence[Path]) -> tuple[Survey, ...]:
@@ -132,7 +131,9 @@ def _survey(path: Path) -> Survey:
         raise ValueError(f"is a folder; name its data files{_files_in(path)}")
     cache = TableCache([path])
     table = cache.table(path)
-    columns = {name: _column(cache, path, table, name) for name in table.columns}
+    usable = [name for name, header in table.columns.items() if not header.refusal]
+    together = table.load_together(usable) if table.load_together else {}
+    columns = {name: _column(cache, path, name, together.get(name)) for name in table.columns}
     survey = Survey(
         path=path,
         columns=columns,
@@ -160,7 +161,9 @@ def _files_in(folder: Path) -> str:
     return f": {', '.join(names[:_SHOWN])}{more}" if names else "; it holds none that can be read"
 
 
-def _column(cache: TableCache, path: Path, table: Table, name: str) -> Column:
+def _column(cache: TableCache, path: Path, name: str, read: NDArray[Any] | None) -> Column:
+    """Return a column, whose rows are `read` where they are read already."""
+    table = cache.table(path)
     header = table.columns[name]
     unit = cache.stated_unit(path, name) if header.unit else None
     bare = Column(
@@ -173,7 +176,7 @@ def _column(cache: TableCache, path: Path, table: Table, name: str) -> Column:
         place=table.place(name),
     )
     try:
-        raw = np.asarray(cache.raw(path, name)).reshape(-1)
+        raw = np.asarray(cache.raw(path, name) if read is None else read).reshape(-1)
     except ValueError as error:
         return replace(bare, refusal=_phrase(str(error), name))
     try:

@@ -6,7 +6,7 @@ import csv
 import re
 from bisect import bisect_right
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +18,10 @@ from rtctl.measured.readers.delimited.form import BLANKS, OPENING_LINES, Form, f
 from rtctl.measured.readers.delimited.text import BLOCK_BYTES, Text, index_lines, open_text, too_long
 from rtctl.measured.readers.stated.beside import level_of_lines
 from rtctl.measured.readers.stated.preamble import NumberedLine, quoted, read_preamble
-from rtctl.measured.readers.table import Column, Header, Table, arrow_slice
+from rtctl.measured.readers.table import Column, Header, Table, arrow_numbers, arrow_parts, arrow_slice
+
+TOGETHER_BYTES = 64 << 20
+"""Bytes of the numbers that one pass over a file keeps; a larger file takes several passes."""
 
 
 def read(path: Path) -> Table:
@@ -46,25 +49,29 @@ def read(path: Path) -> Table:
             return np.empty(0)
         place = lines.places[bisect_right(lines.places, first + form.head, key=lambda line: line.number) - 1]
         skipped = first + form.head - place.number
+        part = (place.byte, end_byte)
         attempts = [(pa.float64(), form.decimal)]
         if form.decimal == "." and form.separator != ",":
             attempts.append((pa.float64(), ","))  # the opening lines may hold whole numbers only
         attempts.append((pa.string(), form.decimal))  # text: the message about it can tell the rows
         for kind, decimal in attempts:
-            pieces = _pieces(
-                text, form._replace(decimal=decimal), columns[name], kind, (place.byte, end_byte)
-            )
+            blocks = _blocks(text, form._replace(decimal=decimal), [columns[name]], kind, part)
             try:
-                return arrow_slice(pieces, skipped, end - first + skipped)
+                return arrow_slice((block.column(0) for block in blocks), skipped, end - first + skipped)
             except pa.ArrowInvalid as error:
                 if "conversion error" not in str(error):
                     raise ValueError(_about_cells(str(error), form, text)) from None
         raise ValueError(f'column "{name}" is neither numbers nor text in UTF-8')
 
+    def load_together(names: Sequence[str]) -> dict[str, Column]:
+        numbered = {name: columns[name] for name in names}
+        return _numbers_together(text, form, numbered, rows, (lines.places[0].byte, end_byte)) if rows else {}
+
     remarks = tuple(one for one in (ending.remark, preamble.doubt) if one)
     return Table(
         columns=_headers(form, rows),
         load=load,
+        load_together=load_together,
         remarks=remarks,
         preamble=preamble,
         texts=_texts(opening, form),
@@ -140,10 +147,42 @@ def _headers(form: Form, rows: int) -> dict[str, Header]:
     }
 
 
-def _pieces(
-    text: Text, form: Form, column: int, kind: pa.DataType, part: tuple[int, int]
-) -> Iterator[pa.Array]:
-    """Yield a column of a part (bytes) of the lines, in blocks; columns go by place, as names may repeat."""
+def _numbers_together(
+    text: Text, form: Form, columns: Mapping[str, int], rows: int, part: tuple[int, int]
+) -> dict[str, Column]:
+    """Return those of the columns (by name, with their places) that are numbers. Raises ValueError for wrong lines."""
+    several = max(TOGETHER_BYTES // (8 * rows), 1)
+    names = list(columns)
+    found: dict[str, Column] = {}
+    for k in range(0, len(names), several):
+        left = {name: columns[name] for name in names[k : k + several]}
+        while left:
+            try:
+                found |= _in_one_pass(text, form, left, rows, part)
+                break
+            except pa.ArrowInvalid as error:
+                if "conversion error" not in str(error):
+                    raise ValueError(_about_cells(str(error), form, text)) from None
+                wrong = re.search(r"CSV column #(\d+):", str(error))  # no numbers, or numbers of another form
+                left = {name: place for name, place in left.items() if wrong and place != int(wrong[1])}
+    return found
+
+
+def _in_one_pass(
+    text: Text, form: Form, columns: Mapping[str, int], rows: int, part: tuple[int, int]
+) -> dict[str, Column]:
+    """Return columns of numbers, all of them read at once. Raises pa.ArrowInvalid where one is none."""
+    pieces: list[list[Column]] = [[] for _ in columns]
+    for block in arrow_parts(_blocks(text, form, list(columns.values()), pa.float64(), part), 0, rows):
+        for held, column in zip(pieces, block.columns, strict=True):
+            held.append(arrow_numbers(column))
+    return {name: np.concatenate(held) for name, held in zip(columns, pieces, strict=True)}
+
+
+def _blocks(
+    text: Text, form: Form, columns: Sequence[int], kind: pa.DataType, part: tuple[int, int]
+) -> Iterator[pa.RecordBatch]:
+    """Yield columns of a part (bytes) of the lines, in blocks; columns go by place, as names may repeat."""
     places = [str(k) for k in range(len(form.names))]
     with (
         text.source() as source,
@@ -153,11 +192,10 @@ def _pieces(
             parse_options=pa.csv.ParseOptions(delimiter=form.separator),
             convert_options=pa.csv.ConvertOptions(
                 decimal_point=form.decimal,
-                include_columns=[str(column)],
-                column_types={str(column): kind},
+                include_columns=[str(column) for column in columns],
+                column_types={str(column): kind for column in columns},
                 strings_can_be_null=True,
             ),
         ) as blocks,
     ):
-        for block in blocks:
-            yield block.column(0)
+        yield from blocks

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import pyarrow as pa
@@ -26,6 +26,7 @@ from rtctl.measured.readers.stated.rate import stated_period
 from rtctl.measured.readers.stated.start import stated_start
 
 Column = NDArray[Any]
+PieceT = TypeVar("PieceT", pa.Array, pa.RecordBatch)
 
 
 class Header(NamedTuple):
@@ -58,6 +59,9 @@ class Table:
     columns: Mapping[str, Header]
     load: Callable[[str, int, int], Column]
     """Returns rows [first, end) of a column; `end` is at most the column's length."""
+    load_together: Callable[[Sequence[str]], Mapping[str, Column]] | None = None
+    """Returns all rows of several columns, where that is cheaper than one by one; columns that are no numbers are left
+    to `load`. Columns without a refusal may be asked for."""
     piecewise: bool = True
     """Whether single rows are cheap to read; if not, the whole column is read (or skipped over) for any of them."""
     remarks: tuple[str, ...] = ()
@@ -167,18 +171,20 @@ def _texts(metadata: Mapping[bytes, bytes]) -> dict[str, str]:
 
 def arrow_slice(pieces: Iterator[pa.Array], first: int, end: int) -> Column:
     """Return rows [first, end) of consecutive pieces; the pieces after the last row are not requested."""
-    wanted: list[pa.Array] = []
+    wanted = [arrow_numbers(piece) for piece in arrow_parts(pieces, first, end)]
+    return np.concatenate(wanted) if wanted else np.empty(0)
+
+
+def arrow_parts(pieces: Iterable[PieceT], first: int, end: int) -> Iterator[PieceT]:
+    """Yield what consecutive pieces have of rows [first, end); pieces after the last row are not requested."""
     start = 0
     for piece in pieces:
         stop = start + len(piece)
         if stop > first and start < end:
-            wanted.append(piece.slice(max(first - start, 0), min(end, stop) - max(first, start)))
+            yield piece.slice(max(first - start, 0), min(end, stop) - max(first, start))
         start = stop
         if start >= end:
             break
-    if not wanted:
-        return np.empty(0)
-    return np.concatenate([arrow_numbers(piece) for piece in wanted])
 
 
 def arrow_numbers(column: pa.Array) -> Column:
