@@ -136,7 +136,9 @@ def describe_remainder(diagnosis: Diagnosis) -> str:
         return ""
     output = diagnosis.problem.subject.output
     over_noise, gain = residual_over_noise(diagnosis.search.chosen), diagnosis.gain
-    if diagnosis.search.passes and gain is not None and gain.noise_floor > 0.0:  # only the test records show it
+    if (
+        diagnosis.search.passes and gain is not None and gain.noise_floor > 0.0
+    ):  # only the test records show it
         over_noise = max(over_noise, gain.after / gain.noise_floor)
     size = diagnosis.problem.size(output)
     return Remainder.of(over_noise, output, diagnosis.units[output], Noise.of(diagnosis), size).in_words

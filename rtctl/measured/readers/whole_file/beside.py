@@ -7,7 +7,7 @@ of the column's own name that has its unit. A scale or a unit that does not say 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -58,9 +58,8 @@ def with_beside(table: Table) -> Table:
         remark for path, level in levels.items() for remark in _of_no_column(path, level, inside[path])
     ]
     return replace(
-        table,
+        _without_fills(table, levels),
         columns=headers,
-        load=_without_fills(table, levels),
         remarks=(*table.remarks, *remarks, *_contradictions(table, levels)),
         periods={
             name: Period(*found)
@@ -232,15 +231,15 @@ def _contradictions(table: Table, levels: Mapping[str, Level]) -> Iterator[str]:
                 )
 
 
-def _without_fills(table: Table, levels: Mapping[str, Level]) -> Callable[[str, int, int], Column]:
-    """Return the table's `load`, with NaN for numbers that stand beside the columns as those of no reading."""
+def _without_fills(table: Table, levels: Mapping[str, Level]) -> Table:
+    """Return the table with NaN for the numbers that stand beside its columns as those of no reading."""
     fills = {
         name: numbers
         for name in table.columns
         if (numbers := [one for level in _around(table, name, levels) for one in _fills_of(level)])
     }
     if not fills:
-        return table.load
+        return table
 
     def load(name: str, first: int, end: int) -> Column:
         values = table.load(name, first, end)
@@ -250,7 +249,7 @@ def _without_fills(table: Table, levels: Mapping[str, Level]) -> Callable[[str, 
         readings[np.isin(readings, fills[name])] = np.nan
         return readings
 
-    return load
+    return replace(table, load=load, load_together=None)
 
 
 def _fills_of(level: Level) -> Iterator[float]:
