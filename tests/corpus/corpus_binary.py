@@ -259,7 +259,7 @@ SHORTER = refused(
 )
 MATLAB = (
     Situation("MATLAB with a signal of half the rows of the time", mat(t=T, u=U, x=X[:300]), SHORTER, TIMED),
-    Situation("MATLAB with a signal without rows", mat(t=T, u=U, x=X[:0]), refused("r.mat", "differ in length", '"x" has no rows'), TIMED),
+    Situation("MATLAB with a signal without rows", mat(t=T, u=U, x=X[:0]), refused("r.mat", "differ in length", '"x" has no rows', "export what is so short again"), TIMED),
     Situation("MATLAB with signals of half the rows of a third one", mat(u=U, x=X, z=np.tile(X, 2), w=np.tile(U, 2)), RIGHT, NAMES | {"sample_rate_hz": 1000.0}),
     Situation("MATLAB 5", mat(t=T, u=U, x=X), RIGHT, TIMED),
     Situation("MATLAB 5 with a rate", mat(u=U, x=X, fs=1000.0), RIGHT, NAMES),

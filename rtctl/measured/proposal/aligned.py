@@ -51,7 +51,9 @@ def _check_lengths(used: Mapping[str, Column]) -> None:
     if len({one.rows for one in used.values()}) < 2:
         return
     counts = ", ".join(f'"{name}" has {one.rows or "no"} rows' for name, one in used.items())
-    raise ValueError(f"the columns of a record differ in length: {counts}{OTHER_RATES}")
+    is_short = any(one.rows < 2 for one in used.values())
+    remedy = "; export what is so short again, or name other columns" if is_short else OTHER_RATES
+    raise ValueError(f"the columns of a record differ in length: {counts}{remedy}")
 
 
 def _cut(column: Column, first: int, rows: int) -> Column:

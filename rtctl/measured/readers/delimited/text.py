@@ -205,8 +205,8 @@ def _about_quote(text: Text, end: int) -> str:
 def too_long(number: int) -> str:
     """Return the message about a line, counted from 1, that is longer than a block."""
     return (
-        f"line {number} is longer than {BLOCK_BYTES >> 10} kB, which no row of numbers is: it is damaged, or a cell of "
-        "it holds a text; correct or remove it"
+        f"line {number} is longer than {BLOCK_BYTES >> 10} kB, the most that a row may have: it is damaged or holds a "
+        "long text (correct or remove the line), or a whole signal stands in it (write each signal as a column)"
     )
 
 
