@@ -25,6 +25,7 @@ _NUMBER = re.compile(r"[+-]?(\d+(\.\d*|,\d+)?|[.,]\d+)([eEdD][+-]?\d+)?|[+-]?inf
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 _THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 _SEP_LINE = re.compile(r'"?sep=(.)"?\s*$', re.IGNORECASE)
+_LVM, _LVM_END = "LabVIEW Measurement", "***End_of_Header***"
 _COMMENTS = ("#", "%")
 
 
@@ -80,6 +81,7 @@ def _find_form(lines: Sequence[str], borders: Sequence[int]) -> Form:
     start, separators = 0, _SEPARATORS
     if lines and (told := _SEP_LINE.match(lines[0])):
         start, separators = 1, (str(told[1]),)
+    start = max(start, _below_lvm_heads(lines))
     while start < len(lines) and lines[start].startswith(_COMMENTS):
         start += 1
     if start >= len(lines):
@@ -89,6 +91,17 @@ def _find_form(lines: Sequence[str], borders: Sequence[int]) -> Form:
         return max(forms, key=lambda form: len(form.names))
     spaced = _form_by(lines, start, BLANKS, borders) if len(separators) > 1 else None
     return spaced or _plain_form(lines, start, separators)
+
+
+def _below_lvm_heads(lines: Sequence[str]) -> int:
+    """Return the line below the heads of a LabVIEW measurement file: of the file, and of its first segment; 0: none.
+
+    Lines in them, such as `Samples`, have as many cells with numbers as the rows below.
+    """
+    if not lines or not lines[0].startswith(_LVM):
+        return 0
+    ends = [k + 1 for k, line in enumerate(lines) if line.startswith(_LVM_END)]
+    return max(ends[:2], default=0)
 
 
 def cells_of(line: str, separator: str) -> list[str]:
