@@ -14,7 +14,8 @@ import pyarrow as pa
 import pyarrow.csv
 
 from rtctl.measured.readers.delimited.ending import find_ending
-from rtctl.measured.readers.delimited.form import BLANKS, OPENING_LINES, Form, find_form, is_number
+from rtctl.measured.readers.delimited.form import BLANKS, Form, is_number
+from rtctl.measured.readers.delimited.opening import OPENING_LINES, REMEDY, find_opening
 from rtctl.measured.readers.delimited.text import BLOCK_BYTES, Text, index_lines, open_text, too_long
 from rtctl.measured.readers.stated.beside import level_of_lines
 from rtctl.measured.readers.stated.preamble import NumberedLine, quoted, read_preamble
@@ -27,8 +28,7 @@ TOGETHER_BYTES = 64 << 20
 def read(path: Path) -> Table:
     """Return the columns; lines before the header that start with # are skipped. Raises ValueError in words."""
     text = open_text(path)
-    opening = text.opening(OPENING_LINES)
-    form = find_form([line.text for line in opening])
+    opening, form = find_opening(text)
     preamble = read_preamble(_above(opening, form), form.decimal)
     if form.separator == BLANKS:
         text, form = text.with_tabs(), form._replace(separator="\t")
@@ -108,6 +108,8 @@ def _about_cells(error: str, form: Form, text: Text) -> str:
     number = _line_of_cells(text, form, cells)
     where = f"line {number}" if number else "a row"
     told = f"not readable as CSV: {where} has {cells} cells, the file has {expected} columns"
+    if number > OPENING_LINES[-1]:
+        told += f" by its first {OPENING_LINES[-1]} lines; if they begin below these, {REMEDY}"
     if form.separator == "," and expected < cells <= 2 * expected:
         told += (
             ". Perhaps commas stand both between the columns and in the numbers (a decimal comma): export the file "

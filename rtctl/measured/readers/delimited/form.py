@@ -1,6 +1,6 @@
 """Form of the lines of a text file: separator, decimal mark, names, units, and the line at which the numbers begin.
 
-It is decided over the first few hundred lines. The line right above the numbers names the columns, unless it gives
+It is decided over the opening lines (`opening`). The line right above the numbers names the columns, unless it gives
 their units; what is above that is a preamble. Columns that no line names are `column_1`, `column_2` and so on.
 """
 
@@ -15,12 +15,11 @@ from typing import NamedTuple
 from rtctl.measured.readers.stated.preamble import states_rate
 from rtctl.measured.stated_unit import is_common, is_no_unit, readable, stated_amplitude, unit_in_name
 
-OPENING_LINES = 300
 NAMELESS = "column_"
 """Beginning of the names of columns where no line names them: `column_1`, `column_2`."""
 BLANKS = " "
 """Separator of columns that any number of blanks and tabs separates."""
-_SEPARATORS: tuple[str, ...] = (";", "\t", ",")
+SEPARATORS: tuple[str, ...] = (";", "\t", ",")
 _NUMBER = re.compile(r"[+-]?(\d+(\.\d*|,\d+)?|[.,]\d+)([eEdD][+-]?\d+)?|[+-]?inf(inity)?|nan", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 _THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
@@ -78,7 +77,7 @@ def find_form(lines: Sequence[str]) -> Form:
 
 def _find_form(lines: Sequence[str], borders: Sequence[int]) -> Form:
     """Return the form of lines; names and units do not stand on two sides of a border."""
-    start, separators = 0, _SEPARATORS
+    start, separators = 0, SEPARATORS
     if lines and (told := _SEP_LINE.match(lines[0])):
         start, separators = 1, (str(told[1]),)
     start = max(start, _below_lvm_heads(lines))
@@ -222,7 +221,7 @@ def _comment_names(lines: Sequence[str], start: int, separator: str, columns: in
         return None
     text = lines[start - 1].lstrip("#% ")
     own = [separator] if separator != BLANKS else []  # between blanks, `a, b` is not `a,` and `b`
-    split = [cells_of(text, one) for one in (*own, *_SEPARATORS, separator)]
+    split = [cells_of(text, one) for one in (*own, *SEPARATORS, separator)]
     for names in (*split, _spaced_names(text)):
         if len(names) == columns and not any(is_number(name) for name in names):
             return names
