@@ -52,6 +52,7 @@ TIMES = (
     Situation("a rate, and a time that slows down", text(timed(SLOWER)), refused("r.csv", "t [s]", "--time -"), {"sample_rate_hz": 1000.0}),
     Situation("the later rate, and a time that slows down", text(timed(SLOWER)), refused("r.csv", "t [s]", "--time -"), {"sample_rate_hz": 500.0}),
     Situation("a rate, and a time with a lost row", text(timed(LOST)), refused("r.csv", "t [s]", "--time -"), {"sample_rate_hz": 1000.0}),
+    Situation("a rate, and a time that goes back", text(timed(np.concatenate([T[:300], T[299:289:-1], T[310:]]))), refused("r.csv", "t [s]", "goes back after row 300", "--time -"), {"sample_rate_hz": 1000.0}),
     Situation("a rate, and a time that is passed over", text(timed(T)), RIGHT, {"sample_rate_hz": 1000.0, "time": "-"}),
     Situation("two times of different rates", text(two_times(2.0 * T)), refused("r.csv", '"t1 [s]"', '"t2 [s]"', "--time")),
     Situation("two times in different units", text(two_times(2e3 * T, "t_x [ms]")), refused("r.csv", '"t1 [s]"', '"t_x [ms]"', "--time")),

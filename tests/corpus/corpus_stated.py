@@ -216,6 +216,8 @@ ELSEWHERE = (
     Situation("MATLAB 5, a struct of calibrations", mat(t=T, u=U, x=X, cal={"x": 0.1}, calibration={"x": 0.1}), Right(remark="calibration.x = 0.1"), TIMED),
     Situation("MATLAB 5, units a struct deeper", mat(t=T, u=U, x=1e3 * X, info={"units": {"x": "um", "u": "V", "t": "s"}}), RIGHT, IN_UM),
     Situation("HDF5, a group of units beside", hdf5(UM | {"x": {}}, x=1e3 * X, **{"metadata/x/unit": np.bytes_("um")}), RIGHT),
+    Situation("MATLAB 5, units two structs deeper", mat(t=T, u=U, x=1e3 * X, log={"info": {"units": {"x": "um", "u": "V", "t": "s"}}}), RIGHT, IN_UM),
+    Situation("HDF5, a group of calibrations beside", hdf5(**{"calibration/x/gain": np.array(0.1), "metadata/u/scale": np.array(3.0)}), Right(remark="calibration.x.gain = 0.1")),
     Situation("HDF5, a group of sensitivities beside", hdf5(**{"sensitivity/x": np.array(0.1)}), Right(remark="sensitivity.x = 0.1")),
     *(
         Situation(f"HDF5, a scale called {key}", hdf5(UM | {"x": {"units": "mm", key: value}}), Right(remark=f"{key} = "))

@@ -32,6 +32,8 @@ from rtctl.measured.proposal.survey import Column, Survey
 
 _TRIED = ("s", "ms", "us", "ns", "min", "h", "d")
 """Units of a time column of which nobody states one."""
+OUT_OF_ORDER = 0.1
+"""Share of the steps that go back, up to which a column of times is one whose rows are out of order."""
 _DEFAULT_PERIODS = (1.0,)
 """Periods [s] that programs write where nobody set one."""
 
@@ -111,6 +113,8 @@ def _check_rate(survey: Survey, rate_hz: float, homes: Homes) -> None:
     near = _without_others(survey, homes)
     check_stated(near, rate_hz, f"--sample-rate {rate_hz:g}")
     found = _time_column(near)
+    if found is None:
+        _check_increasing(near, rate_hz)
     remedy = "leave out --sample-rate, or say --time - to pass over it"
     if found is None:
         told = rate_variable(near)
@@ -143,6 +147,24 @@ def _check_rate(survey: Survey, rate_hz: float, homes: Homes) -> None:
         f'--sample-rate {rate_hz:g}: the time column "{column.name}" of {survey.path}{assumed} goes on by '
         f"{usual_s:.6g} s, which is {1.0 / usual_s:.6g} Hz; {remedy}"
     )
+
+
+def _check_increasing(survey: Survey, rate_hz: float) -> None:
+    """Raise InputError where a column with the name and the unit of a time goes back: its rows are out of order."""
+    for name, column in survey.columns.items():
+        read = read_column(column)
+        is_time = (
+            read.votes.get("time", 0.0) >= WEAK and read.unit.text and quantity_of(read.unit.text) == "time"
+        )
+        if not is_time or column.values is None or column.rows != survey.rows:
+            continue
+        steps = np.diff(column.values)
+        if 0.0 < float(np.mean(steps < 0.0)) < OUT_OF_ORDER:
+            raise InputError(
+                f'--sample-rate {rate_hz:g}: the time column "{name}" of {survey.path} goes back after row '
+                f"{int(np.argmax(steps < 0.0))}, so its rows are out of order or of several records; correct the file, "
+                "or say --time - to pass over it"
+            )
 
 
 def _check_even(survey: Survey, column: Column, stamps: TimeColumn, rate_hz: float) -> None:

@@ -17,6 +17,7 @@ from rtctl.measured.readers.stated.attributes import described_scales, numbers_o
 from rtctl.measured.readers.stated.beside import MOST_NUMBERS, Level, Period
 from rtctl.measured.readers.stated.keys import (
     is_fill_key,
+    is_own_scale_key,
     is_scale_key,
     is_scale_of,
     is_unit_of,
@@ -88,15 +89,12 @@ def _columns_of(table: Table, path: str) -> Iterator[_Named]:
 
 def _gathered(table: Table, inside: Mapping[str, Sequence[_Named]]) -> dict[str, dict[str, Any]]:
     """Return the levels of the groups that have columns; what another group has is a table of the one around it."""
-    levels: dict[str, dict[str, Any]] = {}
-    for path in sorted(table.beside, key=len, reverse=True):
-        level = {**table.beside[path], **levels.get(path, {})}
-        if path in inside:
-            levels[path] = level
-            continue
-        levels.pop(path, None)
-        at = max(path.rfind("/"), path.rfind("."))
-        levels.setdefault(path[: max(at, 0)], {})[path[at + 1 :]] = level
+    levels = {path: dict(level) for path, level in table.beside.items()}
+    while others := [path for path in levels if path not in inside]:
+        path = max(others, key=len)
+        at = max(path.rfind("/"), path.rfind("."), 0)
+        level = levels.pop(path)
+        levels.setdefault(path[:at], {}).setdefault(path[at:].lstrip("./"), level)
     return levels
 
 
@@ -159,13 +157,19 @@ def _told(table: Table, header: Header, name: str, levels: Mapping[str, Level]) 
     scales: dict[str, Any] = {}
     for level in reversed(around):
         scales |= {key: value for key, value in level.items() if is_scale_of(key, own)}
-        scales |= {
-            f"{key}.{own}": value[own]
-            for key, value in level.items()
-            if isinstance(value, Mapping) and is_scale_key(key) and own in value
-        }
+        scales |= dict(_scales_in_tables(level, own))
     unapplied = ", ".join(one for one in (header.unapplied, described_scales(scales)) if one)
     return header._replace(unit=unit, unapplied=unapplied)
+
+
+def _scales_in_tables(level: Level, column: str) -> Iterator[tuple[str, Any]]:
+    """Yield the scales of a column in tables of a level: `calibration.x`, `calibration.x.gain`, `metadata.x.scale`."""
+    for key, value in level.items():
+        own = value.get(column) if isinstance(value, Mapping) else None
+        if isinstance(own, Mapping):
+            yield from ((f"{key}.{column}.{one}", told) for one, told in own.items() if is_own_scale_key(one))
+        elif own is not None and is_scale_key(key):
+            yield f"{key}.{column}", own
 
 
 def _unit_of(level: Level, column: str) -> str | None:
