@@ -310,6 +310,18 @@ def test_a_finding_of_all_records_of_a_file_is_told_once(
     assert "(the same in 1 more record)" in said
 
 
+def test_some_words_among_numbers_are_told_with_what_to_do(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = table(tmp_path, "t [s],u [V],x [mm]\n", M.t, M.u, M.x)
+    lines = path.read_text().splitlines()
+    lines[40] = ",".join([*lines[40].split(",")[:2], "OVLD"])
+    path.write_text("\n".join(lines) + "\n")
+    said = refusal(capsys, path)
+    assert '"OVLD", in row 39' in said
+    assert 'if "x [mm]" is a signal: empty its cells that are no numbers' in said
+
+
 def test_the_example_keeps_what_was_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = table(tmp_path, "a,b,ch1 [mm],ch2 [mm]\n", M.t, M.u, M.x, M.v)
     said = refusal(capsys, path, "--time", "a:s", "--input", "b:V", "--hold", "zero")

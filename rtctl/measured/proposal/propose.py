@@ -155,6 +155,15 @@ def refuse_open(proposal: Proposal, files: Sequence[str], answers: Answers) -> N
     ]
     if others:
         lines.append("  not used: " + "; ".join(others[:8]))
+    words_among = [
+        name for name, why in proposal.unused.items() if "holds text" in why and " more (" not in why
+    ]
+    if words_among:
+        names = ", ".join(f'"{name}"' for name in words_among)
+        lines.append(
+            f"  if {names} is a signal: empty its cells that are no numbers (rtctl init leaves these rows out), and run "
+            "it again"
+        )
     words = [word for one in proposal.opens for word in _as_words(one)]
     said = [pair for pair in answers.as_options() if not _is_asked(pair, proposal.opens, words)]
     lines.append(
