@@ -161,8 +161,8 @@ def refuse_open(proposal: Proposal, files: Sequence[str], answers: Answers) -> N
     if words_among:
         names = ", ".join(f'"{name}"' for name in words_among)
         lines.append(
-            f"  if {names} is a signal: empty its cells that are no numbers (rtctl init leaves these rows out), and run "
-            "it again"
+            f"  if {names} is a signal: empty its cells that are no numbers (rtctl init leaves these rows out), and "
+            "run it again"
         )
     words = [word for one in proposal.opens for word in _as_words(one)]
     said = [pair for pair in answers.as_options() if not _is_asked(pair, proposal.opens, words)]
