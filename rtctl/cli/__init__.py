@@ -141,12 +141,22 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _about_system(error: OSError, args: argparse.Namespace) -> str:
     """Return what the system refused, where, and what to do."""
-    where = error.filename2 or error.filename or getattr(args, "out", None)
+    where = error.filename2 or error.filename or (None if _is_output_full() else getattr(args, "out", None))
     text = f"{where}: {error.strerror}" if where is not None and error.strerror else str(error)
     if error.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
         return text
-    kept = "" if where is None else _kept(Path(str(where)))
-    return f"{text}; free some space, or write elsewhere with --out{kept}"
+    if where is None:
+        return f"{text}: the output cannot be written"
+    return f"{text}; free some space, or write elsewhere with --out{_kept(Path(str(where)))}"
+
+
+def _is_output_full() -> bool:
+    """Return whether it is standard output that takes no more; what was to go there may be gone from its buffer."""
+    try:
+        print(flush=True)
+    except OSError:
+        return True
+    return False
 
 
 def _kept(where: Path) -> str:

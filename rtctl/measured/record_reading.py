@@ -298,7 +298,9 @@ def _columns(
                 values = (1.0 if table.scale is None else table.scale) * values + (table.offset or 0.0)
                 if remark := _below_zero(values, table.unit, table.offset):
                     reading.findings.remark(f"signals.{name}: {remark}")
-            if remark := describe_far_readings(values, column, table.unit, first):
+            if remark := describe_far_readings(
+                values, column, table.unit, first, is_input=table.role == "input"
+            ):
                 reading.findings.remark(f"{where}: {remark}")
             columns[name] = convert_column(values, table.unit, reading.unit(name))
     if entry.time is None:

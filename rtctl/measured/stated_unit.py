@@ -9,6 +9,8 @@ from __future__ import annotations
 import math
 import re
 
+import numpy as np
+
 from rtctl.border.arrays import FloatArray
 from rtctl.border.units.unit_text import common_units, parsed_unit
 from rtctl.measured.amplitude_unit import (
@@ -19,7 +21,7 @@ from rtctl.measured.amplitude_unit import (
     is_level,
     level_at_end,
 )
-from rtctl.measured.units import convert_column, same_unit
+from rtctl.measured.units import check_unit, convert_column, same_unit
 
 _NOTHING = frozenset(
     {"", "-", "--", "---", "none", "no unit", "unitless", "n/a", "na", "nan", "null", "unknown", "?", "[]"}
@@ -175,12 +177,14 @@ def _with_prefix(text: str) -> str:
         return text
     number = found["plain"]
     power = int(found["power"] or found["short"] or 0) if number is None else _power_of(number)
-    prefixed = f"{_PREFIXES.get(power, '?')}{found['unit'].strip()}"
+    unit = normalised(found["unit"])
+    prefixed = f"{_PREFIXES.get(power, '?')}{unit}"
     try:
-        same = parsed_unit(prefixed).dimensionality == parsed_unit(found["unit"].strip()).dimensionality
+        check_unit(prefixed, unit)
+        factor = float(convert_column(np.ones(1), prefixed, unit)[0])
     except ValueError:
         return text
-    return prefixed if same else text
+    return prefixed if math.isclose(factor, 10.0**power) else text  # 1e-3 m^2 is no mm^2
 
 
 def _power_of(number: str) -> int:

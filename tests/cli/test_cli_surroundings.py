@@ -29,7 +29,11 @@ def shell(command: str, folder: Path) -> subprocess.CompletedProcess[bytes]:
         ("rtctl list | head -1 >/dev/null", b""),
         ("rtctl list >&-", b""),
         ("rtctl init r.csv --yes --no-plot --force >&- 2>&-", b""),
-        ("rtctl list > /dev/full", b"No space left on device"),
+        ("rtctl list > /dev/full", b"No space left on device: the output cannot be written"),
+        (
+            "rtctl init r.csv --yes --no-plot --out new > /dev/full",
+            b"No space left on device: the output cannot be written",
+        ),
     ],
 )
 def test_a_closed_or_full_stream_is_no_traceback(tmp_path: Path, command: str, said: bytes) -> None:

@@ -43,6 +43,8 @@ UNITS = (
     Situation("a unit of 1e-6 m, and the user's another", text(three("1e-6 m", 1e3)), refused("r.csv", '"1e-6 m"', '"m"', "correct one"), {"outputs": {"displacement": "x [1e-6 m]:m"}}),
     Situation("a unit with a number", text(three("0.1 mm", 1.0)), Right(remark='"0.1 mm", which is no known unit'), {"outputs": {"displacement": "x [0.1 mm]:mm"}}),
     Situation("a unit with a number, nothing said", text(three("0.1 mm", 1.0)), refused("r.csv", "x [0.1 mm]", "--output")),
+    Situation("a power of ten before a square", text(three("1e-3 m^2", 1.0)), refused("r.csv", "x [1e-3 m^2]", "--output")),
+    Situation("a power of ten before a unit of two", text(three("1e-3 V/m", 1.0)), RIGHT._replace(units={"drive": "V", "displacement": "mV/m"})),
     Situation("a unit in capitals", text(three("MM", 1.0)), RIGHT),
     Situation("HDF5, a unit of 1E-3*m", hdf5({"t": {"units": "s"}, "u": {"units": "V"}, "x": {"units": "1E-3*m"}}), RIGHT),
 )  # fmt: skip

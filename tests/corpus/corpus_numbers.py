@@ -3,27 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from corpus_case import RIGHT, ROWS, A, Right, Situation, T, U, V, X, refused, table, text
+from corpus_case import MANIFEST, RIGHT, ROWS, A, Right, Situation, T, U, V, X, refused, table, text
 
 HEAD = "t [s],u [V],x [mm]\n"
 K = np.arange(ROWS)
 COUNTS = np.rint(X / X.std() * 1000.0) + 2048.0
-MANIFEST = """
-[dataset]
-name = "r"
-plant = "oscillator"
-[signals.drive]
-role = "input"
-unit = "V"
-column = "u"
-[signals.displacement]
-role = "output"
-unit = "mm"
-column = "x"
-[[records]]
-file = "FILE"
-sample_rate_hz = 1000.0
-"""
 COUNTED = MANIFEST.replace(
     'column = "x"', f'column = "x"\nscale = {float(X.std()) / 1000.0!r}\noffset = {-2.048 * float(X.std())!r}'
 )

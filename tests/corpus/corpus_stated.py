@@ -12,29 +12,14 @@ import numpy as np
 import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
-from corpus_binary import IN_MM, TIMED, UM, hdf5, made, mat, matlab73, table, tdms
-from corpus_case import RIGHT, ROWS, Right, Situation, T, U, Write, X, refused, text
+from corpus_binary import IN_MM, NAMES, TIMED, UM, hdf5, made, mat, matlab73, table, tdms
+from corpus_case import MANIFEST, RIGHT, ROWS, Right, Situation, T, U, Write, X, refused, text
 from corpus_case import table as lines
 
-MANIFEST = """
-[dataset]
-name = "run"
-plant = "oscillator"
-[signals.drive]
-role = "input"
-unit = "V"
-column = "u"
-[signals.displacement]
-role = "output"
-unit = "mm"
-column = "x"
-[[records]]
-file = "FILE"
-{}
-"""
-BY_MANIFEST = {"manifest": MANIFEST.format("sample_rate_hz = 1000.0")}
-BY_TIME = {"manifest": MANIFEST.format('time = "t"')}
-AT_800_HZ = {"manifest": MANIFEST.format("sample_rate_hz = 800.0")}
+RATE = "sample_rate_hz = 1000.0"
+BY_MANIFEST = {"manifest": MANIFEST}
+BY_TIME = {"manifest": MANIFEST.replace(RATE, 'time = "t"')}
+AT_800_HZ = {"manifest": MANIFEST.replace(RATE, "sample_rate_hz = 800.0")}
 FS_IS_1000 = 'beside its columns the file states 1000 Hz (by "fs")'
 LOST = np.where(np.arange(ROWS) == 300, -999.0, X)
 WITHOUT_300 = Right(remark="row 300", fewest=599)
@@ -100,6 +85,13 @@ def own_fill(chunks: int | None) -> Write:
     return made("r.h5", fill)
 
 
+def put_period(path: Path) -> None:
+    hdf5(t=None)(path.parent)
+    with h5py.File(path, "a") as file:
+        file["dt"] = 1.0
+        file["dt"].attrs["units"] = "ms"
+
+
 def in_structs73(fill: Callable[[h5py.File], None]) -> Write:
     """A MATLAB 7.3 file with texts, which it keeps as characters' codes."""
     return matlab73(fill)
@@ -137,6 +129,11 @@ HDF5 = (
     Situation("HDF5, a scale of the file", around("Calibration Factor", 2.5, "/"), Right(remark="Calibration Factor = 2.5 of itself")),
     Situation("HDF5, a scale of one column in the group", around("x_gain", 10.0), Right(remark="x_gain = 10.0")),
     Situation("HDF5, a scale that changes nothing", around("gain", 1.0), RIGHT),
+    *(
+        Situation(f"HDF5, {key} says nothing of the numbers", hdf5({name: {"units": unit, key: value * k} for k, (name, unit) in enumerate(IN_MM.items(), 1)}), RIGHT)
+        for key, value in (("ts", 1.7e9), ("timestamp", 1.7e9), ("T0", 293.15), ("frames_per_second", 25.0), ("signal_to_noise", 40.0), ("missing", 0))
+    ),
+    Situation("HDF5, a period beside with its unit", made("r.h5", put_period), Right(remark="dt"), NAMES),
     Situation("HDF5, a quality factor is no scale", around("quality_factor", 120.0), RIGHT),
     Situation("HDF5, a sensitivity under its own key", hdf5(UM | {"x": {"units": "mm", "sensitivity_mV_per_mm": 22.4}}), Right(remark="sensitivity_mV_per_mm = 22.4")),
     *(

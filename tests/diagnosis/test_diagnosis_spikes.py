@@ -74,6 +74,21 @@ def test_a_spike_of_the_drive_is_replaced_where_the_device_did_not_feel_it(
     assert len(kept.notes) == (0 if is_felt else 1)
 
 
+def test_a_spike_of_the_drive_that_may_be_either_is_kept_and_told() -> None:
+    drive = noise_drive(3)
+    sent = np.where(np.arange(len(drive)) == 700, 40.0 * np.abs(drive).max(), drive)
+    noise = np.random.default_rng(1).standard_normal(len(drive))  # of another device
+    record = Record(
+        name="r", file="", period_s=1e-3, use="fit", signals={"drive": sent, "displacement": noise}
+    )
+    kept = replace_drive_spikes([record], "drive", "displacement", {"drive": "V"}, ScreeningThresholds())
+    assert kept.records[0] is record
+    assert [
+        note for note in kept.notes if "the response does not show if the device felt them, so" in note
+    ] == list(kept.notes)
+    assert len(kept.notes) == 1
+
+
 def test_an_impulse_as_the_only_drive_is_kept() -> None:
     sent = np.where(np.arange(4000) == 700, 50.0, 0.0)
     record = Record(

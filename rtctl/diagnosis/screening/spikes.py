@@ -29,7 +29,7 @@ MISREAD_DRIVE = (
     "them: they were taken as misread, and replaced by the line between their neighbours"
 )
 UNSURE_DRIVE = (
-    "{} readings of the {} are spikes ({}), the largest {:.4g} {} in sample {} of {}; the response does not show if "
+    "{} readings of the {} are spikes ({}), the largest {:.4g} {} in sample {} of {}; the response does not "
     "show if the device felt them, so they were kept: if they were misread, the answer is about them"
 )
 

@@ -13,10 +13,14 @@ one or two; the peaks of impacts are farther, but of many sizes."""
 MOST_CODES = 2
 """Different numbers at most that are codes: one, or one of each sign."""
 MOST_SINGLE = 2
+"""Readings up to which they are single ones, of any size."""
 MOST_SHARE = 0.25
+"""Largest share of the readings that codes make up."""
 
 
-def describe_far_readings(values: FloatArray, column: str, unit: str, first_row: int) -> str:
+def describe_far_readings(
+    values: FloatArray, column: str, unit: str, first_row: int, *, is_input: bool
+) -> str:
     """Return a remark on readings (n,) far from all others that are single, or equal each other; "": there are none.
 
     Args:
@@ -24,6 +28,7 @@ def describe_far_readings(values: FloatArray, column: str, unit: str, first_row:
         column: Name of the column.
         unit: Unit of the readings, as the remark writes it.
         first_row: Row of the file of the first reading.
+        is_input: Whether they are those of an input, of which many equal ones are pulses.
     """
     low, middle, high = np.quantile(values, (0.25, 0.5, 0.75))
     if not high > low:
@@ -32,8 +37,10 @@ def describe_far_readings(values: FloatArray, column: str, unit: str, first_row:
     if not 0 < len(far) <= MOST_SHARE * len(values):
         return ""
     sizes = np.unique(values[far])
-    if len(far) > MOST_SINGLE and len(sizes) > MOST_CODES:
+    if len(far) > MOST_SINGLE and (is_input or len(sizes) > MOST_CODES):
         return ""
+    if len(far) <= MOST_SINGLE and (far[0] < MOST_SINGLE or far[-1] >= len(values) - MOST_SINGLE):
+        return ""  # a warm-up begins, a cooling ends so
     others = np.delete(values, far)
     what = " and ".join(f"{size:.6g}" for size in sizes)
     count = "1 reading is" if len(far) == 1 else f"{len(far)} readings are"

@@ -122,7 +122,8 @@ def _few(item: Any) -> Any:
         return None
     if kind == "char":
         return "".join(chr(code) for code in value.T.reshape(-1)) if value.dtype.kind == "u" else None
-    return value
+    unit = stated_unit(readable_attributes(item))
+    return f"{value.item():.17g} {unit}" if unit and value.size == 1 and value.dtype.kind in "iuf" else value
 
 
 def _plain(attributes: Mapping[str, Any]) -> dict[str, Any]:

@@ -51,7 +51,7 @@ def run(args: argparse.Namespace) -> int:
         print_summary(outcome.summary, outcome.tuning, folder)
     if outcome.fault is None:
         say_next(args, next_words(outcome.scenario, folder))
-    if outcome.fault is not None:
+    else:
         say(f"rtctl run: {outcome.fault}: {outcome.message}", quiet=False)
     return 0 if outcome.passed else 1
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
-from rtctl.measured.proposal.naming.column_names import WEAK
+from rtctl.measured.proposal.naming.column_names import STRONG
 from rtctl.measured.proposal.naming.column_units import quantity_of, read_column
 from rtctl.measured.proposal.survey import Column, Survey
 from rtctl.measured.stated_unit import time_unit_in_name
@@ -76,7 +76,9 @@ def _compared(own_s: FloatArray, other_s: FloatArray | None) -> float | None:
 
 
 def _is_called_time(column: Column) -> bool:
-    return column.values is not None and read_column(column).votes.get("time", 0.0) >= WEAK
+    read = read_column(column)
+    by_unit = bool(read.unit.text) and quantity_of(read.unit.text) == "time"
+    return column.values is not None and (by_unit or read.votes.get("time", 0.0) >= STRONG)
 
 
 def _seconds(column: Column) -> FloatArray | None:

@@ -83,7 +83,7 @@ def _by_its_key(survey: Survey, name: str) -> ToldRate | None:
         and one.place.groups == column.place.groups
     }
     named = rate_key(key, periods=VARIABLES)
-    found = None if named is None else stated_period({key: value, **around})
+    found = None if named is None else stated_period({key: value, **around}, periods=VARIABLES)
     if found is None or named is None or found[1] != f'by "{key}"':
         return None
     unit = named.unit or column.unit or ("Hz" if named.is_rate else "s")

@@ -10,7 +10,7 @@ import numpy as np
 
 from rtctl.measured.readers.groups import Place
 from rtctl.measured.readers.stated.attributes import text_of
-from rtctl.measured.readers.stated.keys import is_unit_of_all, says_of_columns
+from rtctl.measured.readers.stated.keys import says_of_columns
 
 MOST_NUMBERS = 16
 """Numbers of an array that may state something of columns; a longer one is a column."""
@@ -30,22 +30,14 @@ class Period(NamedTuple):
 
 
 def levels_of(values: Mapping[str, Any], places: Mapping[str, Place]) -> dict[str, dict[str, Any]]:
-    """Return what stands beside columns by the path of its group, of values by the names of their columns.
-
-    A group that is called as a table of units, `run.units.x`, is a table of the group around it.
-    """
+    """Return what stands beside columns by the path of its group, of values by the names of their columns."""
     levels: dict[str, dict[str, Any]] = {}
     for name, value in values.items():
         if (kept := plain(value)) is None:
             continue
         place = places.get(name, Place(name))
-        paths = ("", *place.groups)
-        key = place.within(paths[-1])
-        levels.setdefault(paths[-1], {})[key] = kept
-        if len(paths) > 1:
-            table = paths[-1][len(paths[-2]) :].lstrip("./")
-            if is_unit_of_all(table):
-                levels.setdefault(paths[-2], {}).setdefault(table, {})[key] = kept
+        path = place.groups[-1] if place.groups else ""
+        levels.setdefault(path, {})[place.within(path)] = kept
     return levels
 
 

@@ -33,6 +33,11 @@ _OWN_SCALE_WORDS = frozenset(
 )  # fmt: skip
 """Words that mean a scale at a column, and other things elsewhere."""
 _BETWEEN = frozenset({"per", "to", "pro"})
+_NO_RATIOS = frozenset(
+    {"second", "seconds", "sec", "s", "minute", "min", "hour", "frame", "frames", "cycle", "cycles", "period", "block",
+     "revolution", "noise", "peak", "point", "date", "end"}
+)  # fmt: skip
+"""Words beside `per` or `to` with which a key is no scale: frames per second, signal to noise."""
 _ORDINATE = frozenset({"y", "vertical", "ordinate", "values"})
 _OFFSET_WORDS = frozenset(
     {"offset", "addoffset", "intercept", "zero", "bias", "tare", "nullpunkt", "exponent"}
@@ -45,7 +50,7 @@ _NO_SCALES = frozenset(
 )  # fmt: skip
 """Words beside that for a scale with which it scales no numbers of a column."""
 _FILLS = frozenset(
-    {"fillvalue", "missingvalue", "missing", "nodata", "nodatavalue", "novalue", "invalidvalue", "badvalue",
+    {"fillvalue", "missingvalue", "nodata", "nodatavalue", "novalue", "invalidvalue", "badvalue",
      "nullvalue", "nanvalue", "dummyvalue", "undefinedvalue", "undefvalue"}
 )  # fmt: skip
 _FILLERS = frozenset(
@@ -81,7 +86,7 @@ def is_unit_of_all(key: str) -> bool:
 def is_scale_key(key: str) -> bool:
     """Return whether a key may name a scale or an offset of numbers, also as one unit in another: `mm_per_V`."""
     words = words_of(key)
-    is_ratio = any(one in _BETWEEN for one in words[1:-1])
+    is_ratio = any(one in _BETWEEN for one in words[1:-1]) and not set(words) & _NO_RATIOS
     return (is_ratio or bool(set(words) & _SCALE_WORDS)) and not set(words) & _NO_SCALES
 
 

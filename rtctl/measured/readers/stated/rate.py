@@ -38,7 +38,7 @@ _FACTORS: dict[str, tuple[float, bool] | None] = {
 }  # fmt: skip
 """Units with their size in Hz or s, and whether they are of a rate; "" is Hz or s."""
 VARIABLES = ("ts", "tsamp")
-"""Further words for a period that variables and attributes have."""
+"""Further words for a period that variables have; an attribute `ts` is a time stamp as often."""
 _BRACKETS = re.compile(r"(.*\S)\s*[\[(]([^\[\]()]*)[\])]\W*")
 
 
@@ -51,15 +51,16 @@ class RateKey(NamedTuple):
     is_rate: bool
 
 
-def stated_period(*levels: Mapping[str, Any]) -> tuple[float, str] | None:
+def stated_period(*levels: Mapping[str, Any], periods: tuple[str, ...] = ()) -> tuple[float, str] | None:
     """Return the sample period [s] that attributes state, and under which key; None: none does.
 
     Args:
         levels: Attributes of the column, of its group, and so on to those of the file: the first that has one counts.
+        periods: Further words for a period.
     """
     for attributes in levels:
         for key, value in attributes.items():
-            named = rate_key(key, periods=VARIABLES)
+            named = rate_key(key, periods=periods)
             period_s = None if named is None else _period_s(named, value, _unit_beside(attributes, key))
             if period_s is not None:
                 return period_s, f'by "{key}"'

@@ -13,7 +13,9 @@ from rtctl.measured.readers.stated.attributes import numbers_of, text_of
 _OFFSETS = re.compile(
     r"(?:t0|tzero|tstart|timestart|timezero|(?:wf)?startoffset|timeoffset)(?P<unit>s|ms|us|ns)?"
 )
-_DATES = re.compile(r"(?:wf)?(?:start(?:time|date|datetime|timestamp)|timestamp|begin)")
+_DATES = re.compile(r"(?:wf)?start(?:time|date|datetime|timestamp)")
+_EPOCHS = ((1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3))
+"""Sizes from which a number counts ns, us or ms since 1970."""
 _FACTORS = {None: 1.0, "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
 
@@ -30,6 +32,8 @@ def stated_start(attributes: Mapping[str, Any]) -> Start | None:
     """Return when a column begins, an offset beside a date added to it; None: its attributes do not say."""
     total, keys = 0.0, []
     for key, value in attributes.items():
+        if key.startswith("T0"):
+            continue  # a temperature
         plain = re.sub(r"[\W_]+", "", key.lower())
         offset = _OFFSETS.fullmatch(plain)
         seconds = _number(value) if offset else _instant(value) if _DATES.fullmatch(plain) else None
@@ -51,7 +55,12 @@ def _instant(value: Any) -> float | None:
     """Return a date as seconds since 1970, or a number of seconds as it is; None: it is neither."""
     text = text_of(value)
     if not text:
-        return _number(value)
+        number = _number(value)
+        return (
+            number
+            if number is None
+            else number * next((unit for low, unit in _EPOCHS if abs(number) >= low), 1.0)
+        )
     try:
         instant = np.datetime64(re.sub(r"(Z|[+-]\d\d:?\d\d)$", "", text.strip()).replace(" ", "T"), "ns")
     except ValueError:

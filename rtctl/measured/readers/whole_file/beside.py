@@ -23,7 +23,7 @@ from rtctl.measured.readers.stated.keys import (
     is_unit_of,
     is_unit_of_all,
 )
-from rtctl.measured.readers.stated.rate import stated_period
+from rtctl.measured.readers.stated.rate import VARIABLES, stated_period
 from rtctl.measured.readers.table import Column, Header, Table
 
 _DEEPEST = 3
@@ -65,7 +65,7 @@ def with_beside(table: Table) -> Table:
         periods={
             name: Period(*found)
             for name in headers
-            if (found := stated_period(*_around(table, name, levels))) is not None
+            if (found := stated_period(*_around(table, name, levels), periods=VARIABLES)) is not None
         },
     )
 
