@@ -39,6 +39,10 @@ class Scales(NamedTuple):
     """RMS of the response that was measured: displacement, velocity or acceleration, in its own unit."""
     response_s: float = 0.0
     """Time constant [s] of the nominal model, where it has one by which times are compared; else 0."""
+    largest_drive: float = 1.0
+    """Largest magnitude of the drive: nothing is cut off beyond it."""
+    largest_reading: float = 1.0
+    """The same of the response that was measured, in its own unit."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -44,6 +44,10 @@ def estimate_scales(records: Sequence[FitRecord], output: str | None = None, dri
         period=min(record.period_s for record in records),
         excursion=_rms([values - values.mean() for values in readings]),
         reading=rate ** derivative_order(output) * displacement,
+        largest_drive=_largest(
+            [one.stimulus.inputs[drive] for one in records if drive in one.stimulus.inputs]
+        ),
+        largest_reading=_largest([record.measured[output] for record in records]),
     )
 
 
@@ -58,7 +62,7 @@ def find_largest_displacement(records: Sequence[FitRecord], rate: float | None =
     scored = [record.measured[output][record.first :] for record in records]
     if "frequency" in records[0].stimulus.inputs:
         scored = [np.hypot(values[::2], values[1::2]) for values in scored]
-    largest = max((float(np.abs(values).max()) for values in scored if len(values)), default=0.0)
+    largest = _largest(scored)
     order = derivative_order(output)
     if not order:
         return largest
@@ -145,3 +149,8 @@ def _rms(arrays: Sequence[FloatArray]) -> float:
     """Return the RMS over all `arrays` together."""
     count = sum(len(values) for values in arrays)
     return float(np.sqrt(sum(float(values @ values) for values in arrays) / count)) if count else 0.0
+
+
+def _largest(arrays: Sequence[FloatArray]) -> float:
+    """Return the largest magnitude of all `arrays`."""
+    return max((float(np.abs(values).max()) for values in arrays if len(values)), default=0.0)

@@ -484,8 +484,9 @@ def test_the_unit_is_one_and_is_that_of_the_scale(identity: str, declared: Param
         one, second = registry.Quantity(1.0, z), registry.Quantity(1.0, "s")
         drive = registry.Quantity(1.0, u)
         sizes: Any = Scales(
-            one, one / second, one / second**2, drive, 1 / second, second, second, one, reading=one
-        )
+            one, one / second, one / second**2, drive, 1 / second, second, second, one, reading=one,
+            largest_drive=drive, largest_reading=one,
+        )  # fmt: skip
         scale = declared.scale(sizes)
         if isinstance(scale, registry.Quantity):
             assert (scale / unit).to("dimensionless").magnitude == pytest.approx(plain, rel=1e-12)

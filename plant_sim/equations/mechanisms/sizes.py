@@ -30,6 +30,8 @@ class Size:
     rate: float = 1.0
     """RMS of its time derivative, per second."""
     quantiles: tuple[float, ...] = (1.0,) * len(QUANTILES)
+    largest: float = 1.0
+    """Largest magnitude."""
 
 
 UNKNOWN = Size()
@@ -116,6 +118,7 @@ def size_of(courses: Sequence[FloatArray], period_s: float, reference: float = 0
         deviation=deviation or rms,
         rate=_rms(rates) or rms,
         quantiles=tuple(np.quantile(values, QUANTILES).tolist()),
+        largest=float(np.abs(values).max()) or 1.0,
     )
 
 

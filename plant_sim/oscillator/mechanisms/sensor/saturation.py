@@ -65,10 +65,11 @@ MECHANISM = OscillatorMechanism(
             "limit",
             "{y}",
             "beyond which less is read",
-            lambda s: s.reading,
+            # RMS says nothing of it: a resonance in a sweep reaches many times that
+            lambda s: s.largest_reading,
             default=1.0,
             searched=True,
-            shape_range=(0.6, 3.0),
+            shape_range=(0.2, 1.02),
             grid=7,
             of_form="clipped",
         ),
