@@ -1,7 +1,7 @@
 """Estimators that have resistance alone, behind a sensor of an extended model.
 
     R = Y + tau_r Y'           exact where R is constant over a sample: (Y_k - a Y_(k-1)) / (1 - a), a = exp(-h / tau_r)
-    R_film = (R - leak (i - known v)) / exp(ageing t + bend t^2)
+    R_film = (R - leak (i - known v)) / (1 + ageing d ln(1 + t / d))
 
 and -ln R by its correction back to what the loops were identified on; v is the estimate's own last surrogate. Taking a
 lag back costs noise, (1 + a^2)^(1/2) / (1 - a) of it. The deflection is the loops' corrected forward; a beam that
@@ -20,6 +20,7 @@ from rtctl.arithmetic.elementary import exp, log
 from rtctl.border.arrays import FloatArray
 from rtctl.estimators.drive import later
 from rtctl.interfaces import Estimate, Estimator
+from rtctl.simulations.vo2.heat import slowed_s
 from rtctl.simulations.vo2.loop_dynamics import Vo2Dynamics
 
 LAST, SURROGATE, CLOCK = 0, 1, 2
@@ -35,8 +36,7 @@ class SensorParams(NamedTuple):
     leak_known: float
     ageing: float
     """[1/s]."""
-    ageing_bend: float
-    """[1/s^2]."""
+    ageing_slowing_s: float
     reading_gain: float
     reading_offset: float
     deflection_gain: float
@@ -47,7 +47,7 @@ class SensorParams(NamedTuple):
 def sensor_params(dynamics: Vo2Dynamics) -> SensorParams:
     """Return the parameters of a model's sensor."""
     numbers = (
-        dynamics.sensor_lag_s, dynamics.leak, dynamics.leak_known, dynamics.ageing, dynamics.ageing_bend,
+        dynamics.sensor_lag_s, dynamics.leak, dynamics.leak_known, dynamics.ageing, dynamics.ageing_slowing_s,
         *dynamics.reading, *dynamics.deflection,
     )  # fmt: skip
     return SensorParams(*map(float, numbers))
@@ -79,7 +79,7 @@ def film_resistance(
         memory[LAST] = sensed
     v = memory[SURROGATE] if math.isfinite(memory[SURROGATE]) else current
     leaked = p.leak * (current - p.leak_known * v)
-    own = (reading - leaked) * exp(-(p.ageing + p.ageing_bend * time_s) * time_s)
+    own = (reading - leaked) / (1.0 + p.ageing * slowed_s(time_s, p.ageing_slowing_s))
     if not 0.0 < own < math.inf:
         return math.nan
     return exp((log(own) + p.reading_offset) / p.reading_gain)

@@ -27,6 +27,7 @@ from rtctl.simulations.vo2.heat import (
     heating_power,
     loop_current,
     phase_at,
+    slowed_s,
     stored,
     surrogate_power,
 )
@@ -56,7 +57,7 @@ class PathParams(NamedTuple):
     deflection_gain: float
     deflection_offset: float
     ageing: float
-    ageing_bend: float
+    ageing_slowing_s: float
     leak: float
     leak_known: float
     sensor_lag_s: float
@@ -72,7 +73,7 @@ def path_params(model: Vo2Model, dynamics: Vo2Dynamics) -> PathParams:
     """Return the parameters of a model."""
     numbers = (
         dynamics.expansion, -math.log(model.resistance.high), dynamics.substep_s, *dynamics.reading,
-        *dynamics.deflection, dynamics.ageing, dynamics.ageing_bend, dynamics.leak, dynamics.leak_known,
+        *dynamics.deflection, dynamics.ageing, dynamics.ageing_slowing_s, dynamics.leak, dynamics.leak_known,
         dynamics.sensor_lag_s, dynamics.participation, 2.0 * math.pi * dynamics.frequency_hz, dynamics.damping_ratio,
         dynamics.behind * dynamics.deadband_mA,
     )  # fmt: skip
@@ -112,9 +113,8 @@ def swing_step(x: FloatArray, bent: float, h: float, rate: float, ratio: float) 
 @kernel
 def sensed_film(reading: float, v: float, current: float, time_s: float, p: PathParams) -> float:
     """Return the resistance at the sensor [ohm] for the loops' -ln R."""
-    drift = (p.ageing + p.ageing_bend * time_s) * time_s
-    aged = exp(drift - (p.reading_gain * reading + p.reading_offset))
-    return aged + p.leak * (current - p.leak_known * v)
+    aged = 1.0 + p.ageing * slowed_s(time_s, p.ageing_slowing_s)
+    return aged * exp(-(p.reading_gain * reading + p.reading_offset)) + p.leak * (current - p.leak_known * v)
 
 
 @kernel

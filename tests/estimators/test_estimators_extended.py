@@ -44,7 +44,7 @@ CASES = {
     },
     "sensor__self_heating": {"heat": 4.0},
     "sensor__lag": {"time_constant": 2e-3},
-    "sensor__ageing": {"rate": 0.5},
+    "sensor__ageing": {"rate": 0.5, "slowing_time": 0.05},
     "sensor__crosstalk": {"leak": 900.0},
 }
 
@@ -178,7 +178,9 @@ class Listening:
 def test_resistance_alone_is_given_back_what_the_sensor_took():
     """A lag, a leak, ageing and an offset taken back: what is left is the film's own resistance."""
     made = simulation(
-        sensor__lag={"time_constant": 2e-3}, sensor__ageing={"rate": 0.5}, sensor__crosstalk={"leak": 900.0}
+        sensor__lag={"time_constant": 2e-3},
+        sensor__ageing={"rate": 1.5, "slowing_time": 0.2},
+        sensor__crosstalk={"leak": 900.0},
     )
     corrections = {"resistance_offset": Value(value=0.1, unit="dimensionless")}
     model = dataclasses.replace(made.model, corrections=corrections)

@@ -132,7 +132,7 @@ def test_mechanisms_act_together_in_the_order_of_the_simulation(tmp_path: Path) 
 
 VO2_MECHANISMS = (
     {"id": "input.gain_drift", "parameters": {"rate": (0.05, "1/s"), "settling_time": (0.1, "s")}},
-    {"id": "sensor.ageing", "parameters": {"rate": (0.1, "1/s"), "bend": (0.05, "1/s^2")}},
+    {"id": "sensor.ageing", "parameters": {"rate": (0.1, "1/s"), "slowing_time": (0.05, "s")}},
     {"id": "sensor.drift", "parameters": {"rate": (3.0, "um/s")}},
     {"id": "sensor.quantisation", "parameters": {"resistance": (20.0, "ohm"), "deflection": (0.05, "um")}},
 )

@@ -74,8 +74,8 @@ class Vo2Dynamics:
     """Share of changes within `hold_mA` that is ignored."""
     ageing: float = 0.0
     """Ageing rate [1/s]."""
-    ageing_bend: float = 0.0
-    """Quadratic ageing [1/s^2]."""
+    ageing_slowing_s: float = 0.0
+    """Time after which ageing slows down [s]; 0: it does not."""
     leak: float = 0.0
     """Crosstalk of the heater's current [ohm/mA]."""
     leak_known: float = 1.0
@@ -139,7 +139,7 @@ def dynamics_of(model: Vo2Model) -> Vo2Dynamics:
         hold_mA=of("actuation.deadband", "hold"),
         held=of("actuation.deadband", "held"),
         ageing=of("sensor.ageing", "rate"),
-        ageing_bend=of("sensor.ageing", "bend"),
+        ageing_slowing_s=of("sensor.ageing", "slowing_time"),
         leak=of("sensor.crosstalk", "leak"),
         leak_known=of("sensor.crosstalk", "known", 1.0),
         sensor_lag_s=of("sensor.lag", "time_constant"),

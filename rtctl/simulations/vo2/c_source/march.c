@@ -29,6 +29,14 @@ static double drifted(double time, double settling)
 }
 #endif
 
+#ifdef HAS_SENSOR_AGEING
+/* A drift that slows down over its first rate [s]; without a slowing time it goes on and on. */
+static double slowed(double time, double slowing)
+{
+    return slowing == 0.0 ? time : slowing * log1p(time / slowing);
+}
+#endif
+
 static double heating_current(const plant *m, double passed)
 {
     const double *value = m->parameter;
@@ -98,7 +106,7 @@ const char *plant_read(plant *m)
     m->output[0] = exp(-corrected(value_of(&k->film, &film), READING_MIDDLE, RESISTANCE_GAIN, -RESISTANCE_OFFSET));
     m->output[1] = corrected(value_of(&k->beam, &beam), DEFLECTION_MIDDLE, DEFLECTION_GAIN, DEFLECTION_OFFSET);
 #ifdef HAS_SENSOR_AGEING
-    m->output[0] *= exp((SENSOR_AGEING_RATE + SENSOR_AGEING_BEND * m->time) * m->time);
+    m->output[0] *= 1.0 + SENSOR_AGEING_RATE * slowed(m->time, SENSOR_AGEING_SLOWING_TIME);
 #endif
 #ifdef HAS_SENSOR_DRIFT
     m->output[1] += SENSOR_DRIFT_RATE * drifted(m->time, SENSOR_DRIFT_SETTLING_TIME);

@@ -1,30 +1,39 @@
-"""`sensor.ageing`: R exp(rate t + bend t^2) is read, t since the record's first sample."""
+"""`sensor.ageing`: R (1 + rate s) is read, s = d ln(1 + t / d), t since the record's first sample, d the slowing time.
+
+Without a slowing time s = t. Contacts and films age with the logarithm of time; how long the first, nearly straight
+part lasts differs. A resistance that would not be positive is no number.
+"""
 
 import numpy as np
 
+from rtctl.border.mechanisms import STEADY, Parameter
 from rtctl.simulations.vo2.mechanism import Read, Values, Vo2Mechanism, coefficient
 
 
 def ageing(read: Read, p: Values) -> Read:
-    """Change the film's resistance by the same fraction in equal times, or ever faster or slower."""
-    drift = (p["rate"] + p["bend"] * read.time_s) * read.time_s
-    return read._replace(resistance=read.resistance * np.exp(drift))
+    """Change the film's resistance by a share of itself that grows with time."""
+    slowing_s = p["slowing_time"]
+    passed = read.time_s if slowing_s == STEADY else slowing_s * np.log1p(read.time_s / slowing_s)
+    aged = 1.0 + p["rate"] * passed
+    return read._replace(resistance=read.resistance * np.where(aged > 0.0, aged, np.nan))
 
 
 MECHANISM = Vo2Mechanism(
     id="sensor.ageing",
-    statement="The resistance drifts, by {rate} of itself at first, and bends by {bend}.",
+    statement="The resistance drifts by {rate} of itself from the start of each record.",
+    forms={
+        "slowing_time": "The resistance drifts by {rate} of itself at the start of each record and slows down: after "
+        "{slowing_time} it grows with the logarithm of time."
+    },
     parameters=(
         coefficient("rate", "1/s", "relative, at each record's start", lambda s: 0.1 / s.duration),
-        coefficient(
-            "bend",
-            "1/s^2",
-            "relative, of a drift that grows or slackens",
-            lambda s: 0.1 / s.duration**2,
-            default=0.0,
+        Parameter(
+            name="slowing_time", unit="s", scale=lambda s: s.duration, neutral=None, default=STEADY, simplest=STEADY,
+            meaning="time after which the drift grows with the logarithm of time; 0: it does not slow down",
+            low=0.0, shape_range=(0.01, 1.0), grid=3,
         ),
     ),
     instrument=ageing,
     stage=1,
     slow=True,
-)
+)  # fmt: skip
