@@ -46,9 +46,15 @@ class Gain(NamedTuple):
     ratio_high: float
     """Upper end of its 95 % interval."""
 
-    def falls_to(self, least: float) -> bool:
-        """Return whether the error beyond the noise falls to less than one over `least`."""
-        before, after = (max(error**2 - self.noise_floor**2, 0.0) for error in (self.before, self.after))
+    def falls_to(self, least: float, allowed: float = 0.0) -> bool:
+        """Return whether the error beyond the noise falls to less than one over `least`.
+
+        Args:
+            least: ratio of errors, before over after.
+            allowed: mean square of what the model may be off by; the noise itself may have taken it up.
+        """
+        floor = max(self.noise_floor**2, allowed)
+        before, after = (max(error**2 - floor, 0.0) for error in (self.before, self.after))
         return after < before / least**2
 
 
