@@ -14,6 +14,7 @@ from rtctl.diagnosis.report.changed_signal import differs_from_file
 from rtctl.diagnosis.result import Diagnosis
 from rtctl.diagnosis.search.holdout_error import simulate_free_run
 from rtctl.diagnosis.search.request import DiagnosisOptions
+from rtctl.diagnosis.thresholds import ReportThresholds, SearchThresholds, Thresholds
 from rtctl.measured.dataset import Dataset, Record
 from rtctl.simulations.vo2 import vo2_simulation
 
@@ -21,7 +22,11 @@ IDS = ("actuation.deadband", "actuation.delay")
 
 
 def answer(
-    offset_mA: float, ids: tuple[str, ...] = IDS, in_test_mA: float | None = None, **hidden: dict[str, float]
+    offset_mA: float,
+    ids: tuple[str, ...] = IDS,
+    in_test_mA: float | None = None,
+    thresholds: Thresholds | None = None,
+    **hidden: dict[str, float],
 ) -> Diagnosis:
     """Diagnose the small model, its current off by an offset (another one in the test record), with hidden effects."""
     device, records = simulation(**hidden), []
@@ -41,7 +46,13 @@ def answer(
         path=Path("dataset.toml"), name="offset", plant="vo2", units=UNITS, holds={"current": "zero"},
         records=tuple(records),
     )  # fmt: skip
-    return diagnose(data, small_model(), simulation(), ids, DiagnosisOptions(threads=1))
+    return diagnose(
+        data,
+        small_model(),
+        simulation(),
+        ids,
+        DiagnosisOptions(threads=1, thresholds=thresholds or Thresholds()),
+    )
 
 
 @pytest.mark.parametrize(
@@ -96,6 +107,24 @@ def test_where_something_else_is_left_it_is_the_part_that_is_known() -> None:
     assert found.verdict == "partly_explained"
     assert found.causes[0].id == "parameter.current_offset"
     assert found.causes[0].probability is None
+
+
+@pytest.mark.parametrize("in_test_mA", [None, 0.0], ids=["shifted as well", "without an offset"])
+def test_a_part_that_the_test_records_contradict_is_not_named(in_test_mA: float | None) -> None:
+    found = answer(-1.2, ("actuation.delay",), in_test_mA, sensor__lag={"time_constant": 3e-3})
+    assert (found.verdict == "partly_explained") == bool(found.causes) == (in_test_mA is None)
+    assert any("does not fall with certainty" in text for text in found.warnings) == (in_test_mA is not None)
+
+
+def test_of_parts_that_do_the_same_the_simplest_leads_and_of_many_none_is_named() -> None:
+    """Beside a lag that is not in the catalogue, the cost of each says nothing of which one it is."""
+    ids = ("actuation.deadband", "heater.tcr", "thermal.nonlinear_loss")
+    limits = ReportThresholds(changed_signal_cost_ratio=1e6)
+    for rivals, named in ((9, ["parameter.current_offset"]), (1, [])):
+        thresholds = Thresholds(report=limits, search=SearchThresholds(most_part_rivals=rivals))
+        found = answer(-1.2, ids, thresholds=thresholds, sensor__lag={"time_constant": 3e-3})
+        assert [cause.id for cause in found.causes][:1] == named
+        assert any("do not decide between them" in text for text in found.warnings) == (not named)
 
 
 def test_a_current_that_leaks_into_the_reading_since_is_told_as_that() -> None:

@@ -37,6 +37,12 @@ START = 0.3
 AS_CORRECTIONS = (
     "the extended model has {} as corrections of the signal, behind which its loops were identified again"
 )
+UNDECIDED = (
+    "{} would each bring back most of the error that returns where the signal is as the model's identification had it, "
+    "but {}: none is named"
+)
+TOO_MANY = "something else is missing too, and these data do not decide between them"
+NOT_LOWER = "the error on the test records does not fall with certainty"
 SINCE = "The {} is {:.4g} {}, and was {:.4g} {} where the model was identified."
 
 
@@ -108,11 +114,22 @@ def _told(
     A change by no more than its own uncertainty is none, and the answer stays as it is.
     """
     problem, noise = answer.problem, answer.fits.after.noise
+    judged = answer
+    if answer.verdict == "unexplained":
+        judged = _judged_anew(answer, request, changes[0].fit)
+    if (
+        judged.verdict == "partly_explained"
+    ):  # what else is missing decides which one fits best: the simplest first
+        changes = sorted(changes, key=lambda one: not one.id.startswith("parameter."))
     before, after = (run_residual_tests(one, problem, (), noise) for one in (without, changes[0].fit))
     if not differs_from_file(changes[0].id, given, after):  # the fit without corrections has ended elsewhere
         return answer
     cause = _cause(answer, given, changes, after, share)
-    answer = _judged_anew(answer, request, changes[0].fit) if answer.verdict == "unexplained" else answer
+    is_new_part = judged.verdict == "partly_explained" and not answer.causes
+    if is_new_part and (doubt := _doubt_part(changes, Fits(before, after), holdout, problem)):
+        names = ", ".join((cause.id, *cause.indistinguishable_from))
+        return replace(answer, warnings=(*answer.warnings, UNDECIDED.format(names, doubt)))
+    answer = judged
     if answer.search.hysteresis_refit:
         after, is_value = answer.fits.after, cause.kind == "parameter"
         notes = () if is_value else (AS_CORRECTIONS.format(cause.id),)
@@ -134,6 +151,18 @@ def _told(
         gain=extended.gain_of(fits, holdout, problem.subject.output),
         loop=extended.rehearsal,
     )
+
+
+def _doubt_part(changes: Sequence[_Change], fits: Fits, holdout: HoldoutData, problem: Problem) -> str:
+    """Return why the best change is not named as a part of the explanation; "": it is.
+
+    As for any part (`choose_largest_part`): on test records an error certainly falls, and few others do the same.
+    """
+    if len(changes) - 1 > problem.thresholds.search.most_part_rivals:
+        return TOO_MANY
+    gains = [gain for name in holdout.outputs if (gain := holdout.gain_of(fits, name)) is not None]
+    falls = any(one.ratio_low > 1.0 for one in gains) and all(one.ratio_high >= 1.0 for one in gains)
+    return "" if falls or not gains else NOT_LOWER
 
 
 def _judged_anew(answer: Diagnosis, request: SearchRequest, fit: Hypothesis) -> Diagnosis:

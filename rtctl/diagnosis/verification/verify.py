@@ -45,13 +45,11 @@ def verify(
         uncut: Whether the search used whole records; else only the test records show what comes after their parts.
     """
     problem = request.problem
-    outputs = search.nominal.hypothesis.sensitivity.outputs
-    measured = [name for name in outputs if all(name in test.measured for test in holdout.tests)]
-    gains = [holdout.gain_of(fits, name) for name in measured]
+    gains = [holdout.gain_of(fits, name) for name in holdout.outputs]
 
     verdict = judge_search(search, problem)
     asked = verdict.names_causes and problem.allowed
-    whitened = [holdout.whitened_gain_of(fits, name) for name in measured] if asked else []
+    whitened = [holdout.whitened_gain_of(fits, name) for name in holdout.outputs] if asked else []
     verdict = require_holdout_gain(verdict, search, problem, gains, whitened)
     verdict = compare_nonparametric(verdict, search, problem, request.budget, request.report)
     of_output = next((one for one in gains if one is not None and one.output == problem.subject.output), None)

@@ -37,6 +37,12 @@ class HoldoutData(NamedTuple):
     rate: float
     """Dominant angular frequency of the motion [1/s]."""
 
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """Return the outputs that all test records have."""
+        outputs = self.noise.hypothesis.sensitivity.outputs
+        return tuple(name for name in outputs if all(name in test.measured for test in self.tests))
+
     def gain_of(self, fits: Fits, output: str) -> Gain | None:
         """Return the errors of `output` before and after; None without test records."""
         unit, noise_rms = self.units.get(output, ""), noise_rms_of(self.noise, output)
