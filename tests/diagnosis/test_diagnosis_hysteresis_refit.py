@@ -27,6 +27,7 @@ from rtctl.diagnosis.search.static_loops import hysteresis_refit
 from rtctl.diagnosis.search.stepwise import significance_level
 from rtctl.diagnosis.thresholds import SearchThresholds, Thresholds
 from rtctl.diagnosis.verification import nonparametric_comparison
+from rtctl.diagnosis.verification.holdout_gain import judge_search
 from rtctl.identification.vo2.heating import simulate_heating
 from rtctl.measured.dataset import Dataset
 from rtctl.models.vo2 import read_model, write_model
@@ -106,6 +107,20 @@ def test_domains_that_switch_as_one_are_named_and_learned(found, tmp_path):
 
 
 @pytest.mark.slow
+def test_loops_of_which_the_staircases_show_little_imitate_what_is_missing(found):
+    """Alone they are a cause only by what the identification's own records show of them."""
+    verdict = judge_search(found.search, found.problem)
+    limited = with_limits(found.problem, small_set_share=1.0)
+    doubted = {
+        passes: judge_search(found.search._replace(passes=passes), limited) for passes in (True, False)
+    }
+    assert verdict.names_causes
+    assert (doubted[True].claim, doubted[False].claim) == ("adequate", "unexplained")
+    assert "lies between their levels" in doubted[True].notes[-1]
+    assert "imitate what is missing" in doubted[False].notes[-1]
+
+
+@pytest.mark.slow
 def test_the_page_shows_where_relays_switch(found):
     assert "loops" in [picture.section for picture in pictures(found)]
 
@@ -163,8 +178,8 @@ def test_a_small_cause_beside_them_is_none_where_other_loops_explain_it(few_leve
     problem, model = few_levels
     found = answer(problem, model, ids=FEW)
     delayed, clean = found.search.hysteresis_refit.before, dataclasses.replace(found.problem, executor=None)
-    more = delayed.simulation.extended(("sensor.ageing",))
-    both = fit_hypothesis(clean, more, (*delayed.mechanisms, "sensor.ageing"), delayed.starts)
+    more = delayed.simulation.extended(("thermal.ambient_drift",))
+    both = fit_hypothesis(clean, more, (*delayed.mechanisms, "thermal.ambient_drift"), delayed.starts)
     assert both is not None
     assert both.cost < 0.995 * delayed.cost
     search = found.search._replace(

@@ -7,8 +7,6 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import NamedTuple
 
-import numpy as np
-
 from rtctl.border.mechanisms import plain_unit
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.problem.estimate import Estimate
@@ -17,13 +15,13 @@ from rtctl.diagnosis.problem.statement import state_mechanism
 from rtctl.diagnosis.report.joint_statements import joint_statements
 from rtctl.diagnosis.report.same_laws import add_same_laws
 from rtctl.diagnosis.report.shares import sequential_shares, shares_that_return
-from rtctl.diagnosis.residual.noise_floor import noise_cost_of
 from rtctl.diagnosis.residual.parameter_estimates import estimates_of
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 from rtctl.diagnosis.result import Cause
 from rtctl.diagnosis.search.model_selection import RankedHypothesis
 from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.search.static_loops.hysteresis_refit import ID as HYSTERESIS_SHAPE
+from rtctl.diagnosis.search.static_loops.hysteresis_refit import share_in_staircases
 from rtctl.diagnosis.thresholds import ReportThresholds
 from rtctl.diagnosis.verification.verify import Verified
 from rtctl.diagnosis.verification.wald_test import WrongValue
@@ -128,29 +126,21 @@ def mechanism_causes(
 
 
 def hysteresis_cause(search: SearchResult, problem: Problem) -> Cause | None:
-    """Return the static hysteresis as a cause; None where it was not refitted, or only corrected.
-
-    Its share is what the refit removes, but no more than what the staircases show of it: refitted loops also take up
-    what other causes leave.
-    """
+    """Return the static hysteresis as a cause; None where it was not refitted, or only corrected."""
     refit, describe = search.hysteresis_refit, problem.subject.describe_coarse_parts
     if describe is None or refit is None or not refit.is_cause:
         return None
-    removable = search.nominal.hypothesis.cost - noise_cost_of(search.chosen)
-    removed = refit.before.cost - search.chosen.hypothesis.cost
-    parameters, shown = {}, 0.0
+    parameters = {}
     for output, one in refit.coarse.items():
         value, low, high = one.misfit
         parameters[f"{output}_misfit"] = Estimate(value, low, high, problem.subject.coarse_part_units[output])
-        size = problem.size(problem.subject.coarse_part_readings[output])
-        shown += 0.5 * problem.samples * (value / size) ** 2 if one.is_coarse else 0.0
     return Cause(
         id=HYSTERESIS_SHAPE,
         statement=HYSTERESIS_STATEMENT.format(describe(refit.coarse)),
         kind="mechanism",
         probability=problem.thresholds.report.max_probability,
         parameters=parameters,
-        share_removed=float(np.clip(min(removed, shown) / removable, 0.0, 1.0)) if removable > 0.0 else 0.0,
+        share_removed=share_in_staircases(search, problem),
         indistinguishable_from=(),
     )
 

@@ -20,6 +20,7 @@ from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subject import RefittedParts
 from rtctl.diagnosis.problem.work_budget import WorkBudget
+from rtctl.diagnosis.residual.noise_floor import noise_cost_of
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.search.elimination.backward_elimination import refit_without, refit_without_each
 from rtctl.diagnosis.search.holdout_error import compute_free_run_error, measure_gains
@@ -31,6 +32,24 @@ ID = "hysteresis.shape"
 
 def _report_nothing(text: str) -> None:
     pass
+
+
+def share_in_staircases(search: SearchResult, problem: Problem) -> float:
+    """Return the share of the removable squared error that refitted loops remove and that the staircases show of them.
+
+    Refitted loops also take up what other causes leave: only what the staircases show is known to be theirs. 0 where
+    the loops were not refitted, or where the staircases show nothing.
+    """
+    refit = search.hysteresis_refit
+    removable = search.nominal.hypothesis.cost - noise_cost_of(search.chosen)
+    if refit is None or not removable > 0.0:
+        return 0.0
+    readings, shown = problem.subject.coarse_part_readings, 0.0
+    for output, one in refit.coarse.items():
+        size = problem.size(readings[output])
+        shown += 0.5 * problem.samples * (one.misfit[0] / size) ** 2 if one.is_coarse else 0.0
+    removed = refit.before.cost - search.chosen.hypothesis.cost
+    return float(np.clip(min(removed, shown) / removable, 0.0, 1.0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
