@@ -11,6 +11,7 @@ from typing import Any
 
 import corpus_binary
 import corpus_habits
+import corpus_lines
 import corpus_numbers
 import corpus_stated
 import corpus_sweeps
@@ -27,6 +28,7 @@ from rtctl.measured.units import convert_column
 
 TABLES = (
     corpus_text,
+    corpus_lines,
     corpus_time,
     corpus_numbers,
     corpus_binary,

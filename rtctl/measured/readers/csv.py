@@ -17,6 +17,7 @@ from rtctl.measured.readers.delimited.ending import find_ending
 from rtctl.measured.readers.delimited.form import BLANKS, Form, is_number
 from rtctl.measured.readers.delimited.opening import OPENING_LINES, REMEDY, find_opening
 from rtctl.measured.readers.delimited.text import BLOCK_BYTES, Text, index_lines, open_text, too_long
+from rtctl.measured.readers.delimited.words import COMMENTS, of_words, shown
 from rtctl.measured.readers.stated.beside import level_of_lines
 from rtctl.measured.readers.stated.preamble import NumberedLine, quoted, read_preamble
 from rtctl.measured.readers.table import Column, Header, Table, arrow_numbers, arrow_parts, arrow_slice
@@ -39,7 +40,8 @@ def read(path: Path) -> Table:
     elif lines.only_blanks:  # a line of tabs is a row of empty cells, above the numbers too
         form = form._replace(head=text.lines_until(form.head))
         lines = index_lines(text, form.head)
-    ending = find_ending(text, form, max(lines.written - form.head, 0))
+    above = [one.text for one in opening[: form.head]]
+    ending = find_ending(text, form, max(lines.written - form.head, 0), above)
     rows = max(lines.written - form.head - ending.rows, 0)
     end_byte = text.size() - ending.cut_bytes
     columns = {name: k for k, name in enumerate(form.names) if name}
@@ -57,10 +59,12 @@ def read(path: Path) -> Table:
         for kind, decimal in attempts:
             blocks = _blocks(text, form._replace(decimal=decimal), [columns[name]], kind, part)
             try:
-                return arrow_slice((block.column(0) for block in blocks), skipped, end - first + skipped)
+                cells = arrow_slice((block.column(0) for block in blocks), skipped, end - first + skipped)
             except pa.ArrowInvalid as error:
                 if "conversion error" not in str(error):
                     raise ValueError(_about_cells(str(error), form, text)) from None
+            else:
+                return of_words(cells, form.names, first) if kind == pa.string() else cells
         raise ValueError(f'column "{name}" is neither numbers nor text in UTF-8')
 
     def load_together(names: Sequence[str]) -> dict[str, Column]:
@@ -105,9 +109,16 @@ def _about_cells(error: str, form: Form, text: Text) -> str:
     if found is None:
         return f"not readable as CSV: {error}"
     expected, cells = int(found[1]), int(found[2])
-    number = _line_of_cells(text, form, cells)
+    number, line = _line_of_cells(text, form, cells)
     where = f"line {number}" if number else "a row"
     told = f"not readable as CSV: {where} has {cells} cells, the file has {expected} columns"
+    if line.lstrip().startswith(COMMENTS):
+        told += (
+            f': "{shown(line)}" is a comment among the numbers: remove it; where the measurement was interrupted '
+            "there, divide the file"
+        )
+    elif line:
+        told += f': correct or remove that line, "{shown(line)}"'
     if number > OPENING_LINES[-1]:
         told += f" by its first {OPENING_LINES[-1]} lines; if they begin below these, {REMEDY}"
     if form.separator == "," and expected < cells <= 2 * expected:
@@ -118,8 +129,8 @@ def _about_cells(error: str, form: Form, text: Text) -> str:
     return told
 
 
-def _line_of_cells(text: Text, form: Form, cells: int) -> int:
-    """Return the number, from 1, of the first line of numbers with so many cells; 0: it is not found."""
+def _line_of_cells(text: Text, form: Form, cells: int) -> tuple[int, str]:
+    """Return the number, from 1, of the first line of numbers with so many cells, and the line; 0: it is not found."""
     written = 0
     with text.opened() as file:
         for number, line in enumerate(file, 1):
@@ -129,10 +140,10 @@ def _line_of_cells(text: Text, form: Form, cells: int) -> int:
             try:
                 parts = next(iter(csv.reader([line.decode("latin-1")], delimiter=form.separator)), [])
             except csv.Error:  # a line without end, or of another kind
-                return 0
+                return 0, ""
             if written > form.head and len(parts) == cells:
-                return number
-    return 0
+                return number, line.decode("latin-1").rstrip("\r\n")
+    return 0, ""
 
 
 def _headers(form: Form, rows: int) -> dict[str, Header]:

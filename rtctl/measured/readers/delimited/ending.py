@@ -1,17 +1,23 @@
-"""End of a text file: a last line that was cut off while it was written, and empty rows that spreadsheets add."""
+"""End of a text file: comments and empty rows below the numbers, a last line that was cut off, lines of words."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
-from rtctl.measured.readers.delimited.form import Form, cells_of
+from rtctl.measured.readers.delimited.form import Form, cells_of, is_number
 from rtctl.measured.readers.delimited.text import Text
+from rtctl.measured.readers.delimited.words import COMMENTS, is_gap, shown
 
 _NEIGHBOURS, _FEWEST = 50, 5
 """Lines that the last one is held against: at most, and at least."""
 _SHORT_EXPONENT = re.compile(r"[eE][+-]?\d?$")
 _WHOLE_EXPONENT = re.compile(r"[eE][+-]?\d\d+$")
+_MARK = re.compile(r"[^\w\s\"+\-.,]+")
+"""Signs at the beginning of a line with which no reading begins."""
+_READING = frozenset("0123456789+-.,")
+"""Beginnings of numbers, dates and clock times."""
 
 
 class Ending(NamedTuple):
@@ -22,26 +28,93 @@ class Ending(NamedTuple):
     remark: str
     """Why they are left out; "": none is."""
     cut_bytes: int = 0
-    """Bytes of a line that was cut off, which may not be readable."""
+    """Bytes of comments, or of a line that was cut off, which may not be readable."""
 
 
-def find_ending(text: Text, form: Form, rows: int) -> Ending:
-    """Return the rows at the end of a file of `rows` rows that are no readings."""
-    tail = text.tail()
-    has_end = tail.rstrip(b" \t").endswith((b"\n", b"\r"))
-    lines = [line.decode("latin-1") for line in tail.splitlines() if line.strip()][-(_NEIGHBOURS + 1) :]
-    lines = lines[-rows:] if rows else []
-    empty = 0
-    while lines and not lines[-1].strip(f"{form.separator} \t"):
-        lines.pop()
-        empty += 1
-    if empty:
-        return Ending(empty, f"{empty} empty {'row' if empty == 1 else 'rows'} at the end left out")
-    why = "" if has_end or not lines else _cut_off([cells_of(line, form.separator) for line in lines], form)
+def find_ending(text: Text, form: Form, rows: int, above: Collection[str] = ()) -> Ending:
+    """Return the rows at the end of a file of `rows` rows that are no readings.
+
+    Args:
+        text: The lines of the file.
+        form: Their form.
+        rows: Number of lines below the head that are not blank.
+        above: Lines of the head; the marks of their comments are those of comments at the end.
+
+    Raises:
+        ValueError: Lines of words stand below the numbers.
+    """
+    lines = text.tail().splitlines(keepends=True)
+    comments, empty, cut_bytes = _pop_comments(lines, form, rows, _marks(above, form.separator))
+    lines = [line for line in lines if line.strip()][-(_NEIGHBOURS + 1) :]
+    left = rows - comments - empty
+    last = [line.decode("latin-1").rstrip("\r\n") for line in lines[-left:]] if left > 0 else []
+    has_end = not lines or lines[-1].endswith((b"\n", b"\r"))
+    why = "" if has_end or not last else _cut_off([cells_of(line, form.separator) for line in last], form)
+    remarks = [
+        f"{empty} empty {'row' if empty == 1 else 'rows'} at the end left out" if empty else "",
+        f"{comments} {'comment' if comments == 1 else 'comments'} below the numbers left out"
+        if comments
+        else "",
+    ]
     if not why:
-        return Ending(0, "")
+        _check_words(text, last, form, below=comments + empty)
+        return Ending(comments + empty, "; ".join(one for one in remarks if one), cut_bytes)
     remark = f"the last line has no end and {why}: taken as cut off, and left out"
-    return Ending(1, remark, len(tail.splitlines()[-1]))
+    return Ending(
+        comments + empty + 1, "; ".join(one for one in (*remarks, remark) if one), cut_bytes + len(lines[-1])
+    )
+
+
+def _marks(above: Collection[str], separator: str) -> tuple[str, ...]:
+    found = [one[0] for line in above if (one := _MARK.match(line.strip())) and one[0][0] != separator]
+    return (*COMMENTS, *dict.fromkeys(found))
+
+
+def _pop_comments(lines: list[bytes], form: Form, rows: int, marks: tuple[str, ...]) -> tuple[int, int, int]:
+    """Take comments and empty rows from the end of lines.
+
+    Returns:
+        Number of comments, number of empty rows, and bytes from the first comment on; all 0 where every row begins so.
+    """
+    whole = list(lines)
+    comments = empty = popped = cut_bytes = 0
+    while lines and comments + empty < rows:
+        words = lines[-1].decode("latin-1").rstrip("\r\n")
+        first = next(iter(cells_of(words, form.separator)), "")
+        is_comment = words.lstrip().startswith(marks) and not is_gap(first)
+        if words and not words.strip(f"{form.separator} \t"):
+            empty += 1
+        elif is_comment:
+            comments += 1
+        elif words.strip():
+            break
+        popped += len(lines.pop())
+        cut_bytes = popped if is_comment else cut_bytes
+    if comments > _NEIGHBOURS or (comments and comments + empty == rows):  # the labels of rows: #1, #2
+        lines[:] = whole
+        return 0, 0, 0
+    return comments, empty, cut_bytes
+
+
+def _check_words(text: Text, last: Sequence[str], form: Form, below: int) -> None:
+    """Raise ValueError where the last lines of a file begin with a word and those above them with a number."""
+    firsts = [next(iter(cells_of(line, form.separator)), "") for line in last]
+    count = 0
+    while count < len(firsts) and _is_word(firsts[-1 - count]):
+        count += 1
+    before = firsts[: len(firsts) - count]
+    if not count or len(before) < _FEWEST or not all(one[:1] in _READING for one in before if one):
+        return
+    line = last[len(before)]
+    number = text.line_number(below + count)
+    raise ValueError(
+        f'line {number}, "{shown(line)}", holds text below the numbers, and is no row of readings: remove it'
+        f"{' and what follows' if count > 1 else ''}, or write # in front of it (comments at the end are left out)"
+    )
+
+
+def _is_word(cell: str) -> bool:
+    return bool(cell) and cell[0] not in _READING and not is_number(cell) and not is_gap(cell)
 
 
 def _cut_off(rows: list[list[str]], form: Form) -> str:

@@ -12,6 +12,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from rtctl.measured.readers.delimited.words import COMMENTS
 from rtctl.measured.readers.stated.preamble import states_rate
 from rtctl.measured.stated_unit import is_common, is_no_unit, readable, stated_amplitude, unit_in_name
 
@@ -25,7 +26,6 @@ _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 _THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 _SEP_LINE = re.compile(r'"?sep=(.)"?\s*$', re.IGNORECASE)
 _LVM, _LVM_END = "LabVIEW Measurement", "***End_of_Header***"
-_COMMENTS = ("#", "%")
 
 
 class Form(NamedTuple):
@@ -81,7 +81,7 @@ def _find_form(lines: Sequence[str], borders: Sequence[int]) -> Form:
     if lines and (told := _SEP_LINE.match(lines[0])):
         start, separators = 1, (str(told[1]),)
     start = max(start, _below_lvm_heads(lines))
-    while start < len(lines) and lines[start].startswith(_COMMENTS):
+    while start < len(lines) and lines[start].startswith(COMMENTS):
         start += 1
     if start >= len(lines):
         raise ValueError("the header line is empty; the first line must name the columns")
@@ -217,7 +217,7 @@ def _comment_names(lines: Sequence[str], start: int, separator: str, columns: in
 
     They may stand between other separators than the numbers do.
     """
-    if not start or not lines[start - 1].startswith(_COMMENTS):
+    if not start or not lines[start - 1].startswith(COMMENTS):
         return None
     text = lines[start - 1].lstrip("#% ")
     own = [separator] if separator != BLANKS else []  # between blanks, `a, b` is not `a,` and `b`

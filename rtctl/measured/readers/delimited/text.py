@@ -133,6 +133,11 @@ class Text:
                     return count + 1
         return 0
 
+    def line_number(self, last: int) -> int:
+        """Return the number, from 1, of the line that is the `last`-th from the end of those that are not blank."""
+        written = [k for k, line in enumerate(self.whole().splitlines(), 1) if line.strip()]
+        return written[-last]
+
     def size(self) -> int:
         """Return the number of bytes."""
         return self.path.stat().st_size if self.copy is None else len(self.copy)
