@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import numpy as np
 from corpus_case import RIGHT, ROWS, Right, Situation, T, U, X, refused, table, text
+from corpus_text import LVM
 
 HEAD = "t [s],u [V],x [mm]\n"
 BODY = table(T, U, X)
@@ -48,4 +50,68 @@ NUMBERS = (
     Situation("exponents of two digits without a letter", text(fortran(letter="")), refused("r.csv", "t [s]", "0.00000000+00", "Correct the cells")),
 )  # fmt: skip
 
-SITUATIONS = (*BELOW, *AMONG, *NUMBERS)
+IN_UM = table(T, U, 1e3 * X, form="{:.9g}")
+UM_BLANKS = IN_UM.replace(",", "   ")
+LETTERS = {"inputs": "u", "outputs": {"displacement": "x"}}
+NAMES = (
+    Situation("a comment with a label and units in words", text("# columns: t in s; u in V; x in um\n" + IN_UM), RIGHT, {"inputs": "u in V", "outputs": {"displacement": "x in um"}}),
+    Situation("a comment with a label above another comment", text("# columns: t in s; u in V; x in um\n# operator: JD\n" + IN_UM), RIGHT),
+    Situation("a comment with the numbers of columns", text("# col 1: time [s], col 2: drive [V], col 3: x [um]\n" + IN_UM), RIGHT, {"inputs": "drive [V]"}),
+    Situation("a comment for each column", text("# column 1: time [s]\n# column 2: drive [V]\n# column 3: x [um]\n" + UM_BLANKS, "r.dat"), RIGHT),
+    Situation("a comment for each column, from 0", text("# 0: time [s]\n# 1: drive [V]\n# 2: x [um]\n" + IN_UM), RIGHT),
+    Situation("a comment for two of three columns", text("# 1: time [s]\n# 2: drive [V]\n" + IN_UM), refused("r.csv", "column_3", "--output")),
+    Situation("names and units in comments with labels", text("# columns = t, u, x\n# units = s, V, um\n" + IN_UM), RIGHT, LETTERS),
+    Situation("names and units in comments without labels", text("# t, u, x\n# s, V, um\n" + IN_UM), RIGHT, LETTERS),
+    Situation("a line with a label and no mark", text("Columns: t in s; u in V; x in um\n" + IN_UM), RIGHT),
+    Situation("names between bars in a comment", text("# t [s] | u [V] | x [um]\n" + IN_UM), RIGHT),
+    Situation("a title, and names between blanks in a comment", text("shaker run\n# t_s u_V x_mm\n" + ALIGNED, "r.dat"), RIGHT),
+    Situation("names between blanks behind another mark", text("! t_s u_V x_mm\n" + ALIGNED, "r.dat"), RIGHT),
+    Situation("aligned names with a blank before their units", text("time [s]   u [V]    x [um]\n" + UM_BLANKS, "r.txt"), RIGHT, {"inputs": "u [V]"}),
+    Situation("aligned names with a blank before a slash", text("time /s   u /V    x /um\n" + UM_BLANKS, "r.txt"), RIGHT),
+    Situation("aligned names of several words", text("time (s)  drive volt (V)  tip disp (um)\n" + UM_BLANKS, "r.txt"), RIGHT, {"outputs": {"displacement": "tip disp (um)"}}),
+    Situation("aligned names, one of them without unit", text("time [s]   u    x [um]\n" + UM_BLANKS, "r.txt"), refused("r.txt", 'column "u"', "--input u:UNIT")),
+    Situation("a name that is a unit alone", text('"in s","C1 in V","C2 in mm"\n' + BODY), RIGHT, {"inputs": "C1 in V", "outputs": {"displacement": "C2 in mm"}}),
+    Situation("a name that is a unit alone, in ms", text("in ms,u in V,x in mm\n" + table(1e3 * T, U, X)), RIGHT),
+)  # fmt: skip
+
+TEKTRONIX = "Model,MSO54\nHorizontal Units,s\nSample Interval,0.001\nGating,0.0% to 100.0%\nProbe Attenuation,10,1\nVertical Offset,0,0\nLabel,u,x\nTIME,CH1,CH2\n"
+NOTES = [
+    "Record Length,600",
+    "Sample Interval,1e-3",
+    "Trigger Point,300",
+    ",",
+    "Source,CH1",
+    "Vertical Scale,1",
+]
+CHANNELS = {"inputs": "CH1:V", "outputs": {"displacement": "CH2:mm"}}
+COLUMNS = {"inputs": "column_5:V", "outputs": {"displacement": "column_6:mm"}}
+LATE = LVM.replace("X_Columns\tOne", "X_Columns\tNo").replace("X0\t0.0\t0.0", "X0\t0.0\t0.004")
+
+
+def beside(*notes: str) -> str:
+    """Notes beside the first rows, as old oscilloscopes write them."""
+    rows = zip(T - 0.3, U, X, strict=True)
+    return "".join(
+        f"{notes[k] if k < len(notes) else ','},,{t:.6f},{u:.8f},{x:.8f}\n"
+        for k, (t, u, x) in enumerate(rows)
+    )
+
+
+PROGRAMS = (
+    Situation("Tektronix, keys with a number for each channel", text(TEKTRONIX + BODY), RIGHT, CHANNELS),
+    Situation("Tektronix, old: notes beside two channels", text(beside(*NOTES)), RIGHT, COLUMNS | {"time": "column_4:s"}),
+    Situation("Tektronix, old: the rate by the notes", text(beside(*NOTES)), Right(remark="Sample Interval,1e-3"), COLUMNS),
+    Situation("Tektronix, old: a rate in the notes that is not the time's", text(beside("Sample Interval,2e-3")), refused("r.csv", "500 Hz", "Sample Interval,2e-3", "correct one"), COLUMNS | {"time": "column_4:s"}),
+    Situation("catman: rates and numbers below the units", text("Zeit\tKraft\tWeg\ns\tV\tmm\n1000 Hz\t1000 Hz\t1000 Hz\nSN=1\tSN=2\tSN=3\n" + table(T, U, X, separator="\t", comma=True), "r.asc"), RIGHT),
+    Situation("catman: a row of rates, and no time", text("Kraft\tWeg\nV\tmm\n1000 Hz\t1000 Hz\n" + table(U, X, separator="\t"), "r.asc"), Right(remark="1000 Hz by line 3")),
+    Situation("catman: a row of rates that differ", text("Kraft\tWeg\nV\tmm\n1000 Hz\t500 Hz\n" + table(U, X, separator="\t"), "r.asc"), refused("r.asc", "line 3", "several rates", "--sample-rate")),
+    Situation("catman: a row of rates that are not the time's", text("Zeit\tKraft\tWeg\ns\tV\tmm\n500 Hz\t500 Hz\t500 Hz\n" + table(T, U, X, separator="\t"), "r.asc"), refused("r.asc", "500 Hz", "1000 Hz", "correct one")),
+    Situation("names, units and types in rows", text("t;u;x\ns;V;mm\ndouble;float;float\n" + table(T, U, X, separator=";")), RIGHT),
+    Situation("LabVIEW .lvm, channels that begin at different times", text(LATE + table([""] * (ROWS - 4), U[:-4], X[4:], separator="\t"), "r.lvm"), Right(remark="begin at different times (X0)", rows=592, fewest=592, lost=np.arange(4, ROWS - 4)), LETTERS | {"test": "none"}),
+    Situation("LabVIEW .lvm, half a sample apart", text(LATE.replace("0.004", "0.0045") + table([""] * ROWS, U, X, separator="\t"), "r.lvm"), refused("r.lvm", "X0", "resample"), LETTERS),
+    Situation("LabVIEW .lvm, different times and one column of them", text(LATE.replace("X_Columns\tNo", "X_Columns\tOne") + table(T, U, X, separator="\t"), "r.lvm"), Right(remark="share one column of times"), LETTERS),
+    Situation("LabVIEW .lvm, steps that differ", text(LATE.replace("Delta_X\t0.001\t0.001", "Delta_X\t0.001\t0.002") + table([""] * ROWS, U, X, separator="\t"), "r.lvm"), refused("r.lvm", "Delta_X", "several rates", "--sample-rate"), LETTERS),
+    Situation("LabVIEW .lvm, a second segment", text(LVM + table(T, U, X, separator="\t") + "\n" + LVM[LVM.index("Channels") :] + table(T, U, X, separator="\t"), "r.lvm"), refused("r.lvm", "Channels 2", "divide the file"), LETTERS),
+)  # fmt: skip
+
+SITUATIONS = (*BELOW, *AMONG, *NUMBERS, *NAMES, *PROGRAMS)

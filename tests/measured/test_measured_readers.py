@@ -193,7 +193,7 @@ def test_csv_as_instruments_and_spreadsheets_write_it(tmp_path: Path, text: str 
         ),
         (
             "a;b\n1;2;3\n",
-            'not readable as CSV: line 2 has 3 cells, the file has 2 columns: correct or remove that line, "1;2;3"$',
+            'not readable as CSV: line 2 has 3 cells, the file has 2 columns: correct or remove that line, "1;2;3";',
         ),
         ('a,b\n"1\n2",3\n', "a line break stands inside quotes"),
         ("a,a\n1,2\n", "two columns have the same name"),

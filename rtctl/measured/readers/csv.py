@@ -14,7 +14,9 @@ import pyarrow as pa
 import pyarrow.csv
 
 from rtctl.measured.readers.delimited.ending import find_ending
-from rtctl.measured.readers.delimited.form import BLANKS, Form, is_number
+from rtctl.measured.readers.delimited.form import NAMELESS, Form, is_rate_row
+from rtctl.measured.readers.delimited.labview import starts_of
+from rtctl.measured.readers.delimited.names import BLANKS, cells_of, is_number
 from rtctl.measured.readers.delimited.opening import OPENING_LINES, REMEDY, find_opening
 from rtctl.measured.readers.delimited.text import BLOCK_BYTES, Text, index_lines, open_text, too_long
 from rtctl.measured.readers.delimited.words import COMMENTS, of_words, shown
@@ -30,7 +32,8 @@ def read(path: Path) -> Table:
     """Return the columns; lines before the header that start with # are skipped. Raises ValueError in words."""
     text = open_text(path)
     opening, form = find_opening(text)
-    preamble = read_preamble(_above(opening, form), form.decimal)
+    notes = _notes(opening, form)
+    preamble = read_preamble([*_above(opening, form), *notes], form.decimal)
     if form.separator == BLANKS:
         text, form = text.with_tabs(), form._replace(separator="\t")
     lines = index_lines(text, form.head)
@@ -71,15 +74,16 @@ def read(path: Path) -> Table:
         numbered = {name: columns[name] for name in names}
         return _numbers_together(text, form, numbered, rows, (lines.places[0].byte, end_byte)) if rows else {}
 
-    remarks = tuple(one for one in (ending.remark, preamble.doubt) if one)
+    starts = starts_of(above, form.names)
+    remarks = tuple(one for one in (ending.remark, preamble.doubt, starts.remark) if one)
     return Table(
-        columns=_headers(form, rows),
+        columns=_headers(form, rows, starts.start_s),
         load=load,
         load_together=load_together,
         remarks=remarks,
         preamble=preamble,
         texts=_texts(opening, form),
-        beside={"": level_of_lines(one.text for one in _unnamed(opening, form))},
+        beside={"": level_of_lines(one.text for one in (*_unnamed(opening, form), *notes))},
     )
 
 
@@ -87,7 +91,25 @@ def _above(opening: Sequence[NumberedLine], form: Form) -> list[NumberedLine]:
     """Return the lines above the numbers, and numbers below names as lines: `Increment` above 1e-3."""
     lines = opening[: form.head]
     below = [(name, cell) for name, cell in zip(form.names, form.units, strict=False) if is_number(cell)]
+    lines = [
+        one._replace(text=f"Sample rate: {one.text}")
+        if is_rate_row(cells_of(one.text, form.separator))
+        else one
+        for one in lines
+    ]
     return [*lines, *(lines[-1]._replace(text=f"{name} = {cell}") for name, cell in below)]
+
+
+def _notes(opening: Sequence[NumberedLine], form: Form) -> list[NumberedLine]:
+    """Return notes beside the first rows of nameless numbers, key and value in columns of their own, as lines."""
+    if form.names[0] != f"{NAMELESS}1":
+        return []
+    rows = [(line, cells_of(line.text, form.separator)) for line in opening[form.head :]]
+    return [
+        line._replace(text=",".join(cells[:2]))
+        for line, cells in rows
+        if len(cells) == len(form.names) > 2 and cells[0] and not is_number(cells[0])
+    ]
 
 
 def _texts(opening: Sequence[NumberedLine], form: Form) -> dict[str, str]:
@@ -118,7 +140,7 @@ def _about_cells(error: str, form: Form, text: Text) -> str:
             "there, divide the file"
         )
     elif line:
-        told += f': correct or remove that line, "{shown(line)}"'
+        told += f': correct or remove that line, "{shown(line)}"; where another table begins there, divide the file'
     if number > OPENING_LINES[-1]:
         told += f" by its first {OPENING_LINES[-1]} lines; if they begin below these, {REMEDY}"
     if form.separator == "," and expected < cells <= 2 * expected:
@@ -146,13 +168,15 @@ def _line_of_cells(text: Text, form: Form, cells: int) -> tuple[int, str]:
     return 0, ""
 
 
-def _headers(form: Form, rows: int) -> dict[str, Header]:
+def _headers(form: Form, rows: int, starts: Mapping[str, float]) -> dict[str, Header]:
     counts = Counter(form.names)
     units = dict(zip(form.names, form.units, strict=False))
     return {
         name: Header(
             shape=(rows,),
             unit=units.get(name) or None,
+            start_s=starts.get(name),
+            start_key="X0" if name in starts else "",
             refusal="is not clear, as two columns have the same name; rename one" if counts[name] > 1 else "",
         )
         for name in form.names

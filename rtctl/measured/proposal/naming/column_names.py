@@ -83,8 +83,7 @@ _NEEDS_WORD = {
     "ns": "time",
 }
 """Letters at the end of a name that are often something else (`x_m`: measured), and the word that makes them units."""
-
-
+_TIMES = ("s", "ms", "us", "ns")
 _TEMPERATURES = {"C": "degC", "F": "degF", "K": "K"}
 """Letters at the end of a name that is called as a temperature is: `T_plate_C`."""
 _TEMPERATURE = re.compile(r"(?:^|[._\s])(?:T|[Tt]emp\w*)(?:[_\s\d]|$)")
@@ -149,6 +148,8 @@ def _with_unit_at_end(name: str) -> tuple[str, str, str]:
         if len(parts) <= count:
             continue
         base, end = "_".join(parts[:-count]), "_".join(parts[-count:])
+        if base == "in" and end in _TIMES:  # a name that is a unit and nothing else; `in V` may be an input
+            return "", end, "at its end"
         unit = _spelled(end, base)
         if unit:
             return base.removesuffix("_in"), unit, "at its end"

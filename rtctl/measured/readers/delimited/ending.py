@@ -6,7 +6,8 @@ import re
 from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
-from rtctl.measured.readers.delimited.form import Form, cells_of, is_number
+from rtctl.measured.readers.delimited.form import Form
+from rtctl.measured.readers.delimited.names import cells_of, is_number
 from rtctl.measured.readers.delimited.text import Text
 from rtctl.measured.readers.delimited.words import COMMENTS, is_gap, shown
 

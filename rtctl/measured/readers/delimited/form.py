@@ -6,26 +6,50 @@ their units; what is above that is a preamble. Columns that no line names are `c
 
 from __future__ import annotations
 
-import csv
 import re
 from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from rtctl.measured.readers.delimited.labview import below_heads
+from rtctl.measured.readers.delimited.names import (
+    BLANKS,
+    SEPARATORS,
+    Named,
+    bare_unit,
+    cells_of,
+    is_number,
+    names_above,
+    spaced_names,
+    without_mark,
+)
 from rtctl.measured.readers.delimited.words import COMMENTS
 from rtctl.measured.readers.stated.preamble import states_rate
-from rtctl.measured.stated_unit import is_common, is_no_unit, readable, stated_amplitude, unit_in_name
+from rtctl.measured.stated_unit import is_common, is_no_unit, readable, stated_amplitude
 
 NAMELESS = "column_"
 """Beginning of the names of columns where no line names them: `column_1`, `column_2`."""
-BLANKS = " "
-"""Separator of columns that any number of blanks and tabs separates."""
-SEPARATORS: tuple[str, ...] = (";", "\t", ",")
-_NUMBER = re.compile(r"[+-]?(\d+(\.\d*|,\d+)?|[.,]\d+)([eEdD][+-]?\d+)?|[+-]?inf(inity)?|nan", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 _THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 _SEP_LINE = re.compile(r'"?sep=(.)"?\s*$', re.IGNORECASE)
-_LVM, _LVM_END = "LabVIEW Measurement", "***End_of_Header***"
+_RATE = re.compile(r"\d[\d.,]*\s*[kM]?(Hz|S/s|Sa/s)")
+_TYPES = frozenset(
+    [
+        "double",
+        "single",
+        "float",
+        "float32",
+        "float64",
+        "int",
+        "int16",
+        "int32",
+        "int64",
+        "integer",
+        "real",
+        "numeric",
+    ]
+)
+"""Types of numbers as a row below the names gives them."""
 
 
 class Form(NamedTuple):
@@ -80,7 +104,7 @@ def _find_form(lines: Sequence[str], borders: Sequence[int]) -> Form:
     start, separators = 0, SEPARATORS
     if lines and (told := _SEP_LINE.match(lines[0])):
         start, separators = 1, (str(told[1]),)
-    start = max(start, _below_lvm_heads(lines))
+    start = max(start, below_heads(lines))
     while start < len(lines) and lines[start].startswith(COMMENTS):
         start += 1
     if start >= len(lines):
@@ -90,33 +114,6 @@ def _find_form(lines: Sequence[str], borders: Sequence[int]) -> Form:
         return max(forms, key=lambda form: len(form.names))
     spaced = _form_by(lines, start, BLANKS, borders) if len(separators) > 1 else None
     return spaced or _plain_form(lines, start, separators)
-
-
-def _below_lvm_heads(lines: Sequence[str]) -> int:
-    """Return the line below the heads of a LabVIEW measurement file: of the file, and of its first segment; 0: none.
-
-    Lines in them, such as `Samples`, have as many cells with numbers as the rows below.
-    """
-    if not lines or not lines[0].startswith(_LVM):
-        return 0
-    ends = [k + 1 for k, line in enumerate(lines) if line.startswith(_LVM_END)]
-    return max(ends[:2], default=0)
-
-
-def cells_of(line: str, separator: str) -> list[str]:
-    """Return the cells of a line, without blanks and quotes around."""
-    if separator == BLANKS:
-        return line.split()
-    try:
-        (row,) = csv.reader([line], delimiter=separator, skipinitialspace=True) if line else ([],)
-    except (csv.Error, ValueError):
-        row = line.split(separator)
-    return [cell.strip() for cell in row]
-
-
-def is_number(text: str) -> bool:
-    """Return whether a cell holds a number, with decimal point or comma."""
-    return _NUMBER.fullmatch(text) is not None
 
 
 def _form_by(lines: Sequence[str], start: int, separator: str, borders: Sequence[int]) -> Form | None:
@@ -132,19 +129,16 @@ def _form_by(lines: Sequence[str], start: int, separator: str, borders: Sequence
         top -= 1
     if top == first - 1 > start and len(rows[top - 1]) == columns and layout.has_units(rows[top]):
         top -= 1  # names that are numbers, above their units
-    names = _comment_names(lines, start, separator, columns) if first == start else None
-    head, units = first, tuple[str, ...]()
-    block = rows[top:first]
-    if block:
-        names, given = _names_and_units(block, layout)
-        units = tuple(_bare(cell) for cell in given)
-    elif names is None and first == start and all(is_number(cell) for cell in rows[first]):
-        names = [f"{NAMELESS}{k}" for k in range(1, columns + 1)]
-    elif names is None:
+    head, block = first, rows[top:first]
+    named = _names_and_units(block, layout) if block else names_above(lines[:first], separator, columns)
+    if named is None and first == start and _are_readings(rows[first], layout):
+        named = Named([f"{NAMELESS}{k}" for k in range(1, columns + 1)], [])
+    elif named is None:
         if first > start or all(is_number(cell) for cell in rows[first] if cell) or len(rows) < first + 2:
             return None
-        head, names = first + 1, rows[first]  # numbers among the names of the columns
-    names = [*names[:columns], *[""] * (columns - len(names))]
+        head, named = first + 1, Named(rows[first], [])  # numbers among the names of the columns
+    names = [*named.names[:columns], *[""] * (columns - len(named.names))]
+    units = tuple(bare_unit(cell) for cell in named.units)
     decimal = "," if _has_decimal_comma(rows[head:], separator) else "."
     return Form(tuple(names), units, head, separator, decimal)
 
@@ -159,6 +153,9 @@ def _lay_out(lines: Sequence[str], start: int, separator: str) -> _Layout | None
     if not numeric:
         return None
     for k in range(start, len(rows)):
+        if not any(is_number(cell) for cell in rows[k]):
+            rows[k] = _as_names(lines[k], separator, columns) or rows[k]
+    for k in range(_below_keys(rows, start, columns, numeric), len(rows)):
         row = rows[k]
         held = sum(is_number(row[one]) or not row[one] for one in numeric) if len(row) == columns else 0
         layout = _Layout(rows, columns, k, numeric)
@@ -170,6 +167,36 @@ def _lay_out(lines: Sequence[str], start: int, separator: str) -> _Layout | None
                 k -= 1  # numbers among text: wrong cells, which are told with their row
             return layout._replace(first=k)
     return None
+
+
+def _as_names(line: str, separator: str, columns: int) -> list[str] | None:
+    """Return a line above the numbers as names, without the mark of a comment; None: it has none, or not so many."""
+    if separator == BLANKS:
+        return spaced_names(line, columns)
+    cells = cells_of(without_mark(line), separator) if not line.startswith(separator) else []
+    return cells if len(cells) == columns else None
+
+
+def _below_keys(rows: list[list[str]], start: int, columns: int, numeric: list[int]) -> int:
+    """Return the line from which numbers are sought: below rows of a key and numbers, if names stand below these."""
+    found = start
+    for k in range(start, len(rows)):
+        row = rows[k]
+        if len(row) != columns:
+            continue
+        if is_number(row[numeric[0]]):
+            break
+        if found <= k and all(row) and not any(is_number(row[one]) for one in numeric):
+            found = k
+    return found
+
+
+def _are_readings(row: list[str], layout: _Layout) -> bool:
+    """Return whether a row has readings, and no names: numbers throughout, or decimals beside notes."""
+    if all(is_number(cell) for cell in row):
+        return True
+    cells = [row[k] for k in layout.numeric if k < len(row)]
+    return all(is_number(cell) for cell in cells) and any(not cell.isdigit() for cell in cells)
 
 
 def _fits(row: list[str], layout: _Layout) -> bool:
@@ -186,52 +213,42 @@ def _is_numeric(cells: list[str]) -> bool:
     return bool(filled) and 10 * sum(is_number(cell) for cell in filled) >= 9 * len(filled)
 
 
-def _names_and_units(block: list[list[str]], layout: _Layout) -> tuple[list[str], list[str]]:
+def _names_and_units(block: list[list[str]], layout: _Layout) -> Named:
     """Return the names and the units of the last lines above the numbers, mostly in this order; no units: none."""
+    while len(block) > 1 and _names_nothing(block[-1]):
+        block = block[:-1]
     if len(block) < 2:
-        return block[-1], []
+        return Named(block[-1], [])
     above, below = block[-2], block[-1]
-    if all(readable(_bare(cell)) for cell in above) and _common_units(above) > _common_units(below):
-        return below, above
-    return (above, below) if _are_units(below) or layout.has_units(below) else (below, [])
+    if all(readable(bare_unit(cell)) for cell in above) and _common_units(above) > _common_units(below):
+        return Named(below, above)
+    return Named(above, below) if _are_units(below) or layout.has_units(below) else Named(below, [])
+
+
+def _names_nothing(row: list[str]) -> bool:
+    """Return whether a row below the names says something else of its columns: rates, types, `key=value`."""
+    filled = [cell for cell in row if cell]
+    is_one = len(filled) > 1 and len(set(filled)) == 1 and not readable(bare_unit(filled[0]))
+    are_types = bool(filled) and all(cell.lower() in _TYPES for cell in filled)
+    return is_rate_row(row) or is_one or are_types or (bool(filled) and all("=" in cell for cell in filled))
+
+
+def is_rate_row(row: Sequence[str]) -> bool:
+    """Return whether all cells of a row that are filled are sample rates with their unit."""
+    filled = [cell for cell in row if cell]
+    return bool(filled) and all(_RATE.fullmatch(cell) for cell in filled)
 
 
 def _common_units(row: list[str]) -> int:
     """Return how many cells are units that people use: those that a letter names by chance (a: a year) are not."""
-    return sum(is_common(_bare(cell)) for cell in row if cell)
+    return sum(is_common(bare_unit(cell)) for cell in row if cell)
 
 
 def _are_units(row: list[str]) -> bool:
     """Return whether at least half of the cells that are filled are units."""
-    filled = [_bare(cell) for cell in row if cell]
+    filled = [bare_unit(cell) for cell in row if cell]
     units = sum(is_no_unit(one) or readable(one) or stated_amplitude(one) is not None for one in filled)
     return bool(filled) and 2 * units >= len(filled)
-
-
-def _bare(cell: str) -> str:
-    return cell.strip("[]() ") if cell[:1] in ("[", "(") else cell
-
-
-def _comment_names(lines: Sequence[str], start: int, separator: str, columns: int) -> list[str] | None:
-    """Return the names in the comment right above the numbers, as numpy.savetxt writes them; None: it has none.
-
-    They may stand between other separators than the numbers do.
-    """
-    if not start or not lines[start - 1].startswith(COMMENTS):
-        return None
-    text = lines[start - 1].lstrip("#% ")
-    own = [separator] if separator != BLANKS else []  # between blanks, `a, b` is not `a,` and `b`
-    split = [cells_of(text, one) for one in (*own, *SEPARATORS, separator)]
-    for names in (*split, _spaced_names(text)):
-        if len(names) == columns and not any(is_number(name) for name in names):
-            return names
-    return None
-
-
-def _spaced_names(text: str) -> list[str]:
-    """Return names between blanks with their units, such as `u [V] z [mm]`; [] where no unit tells them from words."""
-    names = re.split(r"\s+(?![\[(])", text.strip())
-    return names if any(unit_in_name(name) for name in names) else []
 
 
 def _has_decimal_comma(rows: list[list[str]], separator: str) -> bool:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from rtctl.measured.readers.delimited.form import BLANKS, SEPARATORS, Form, cells_of, find_form, is_number
+from rtctl.measured.readers.delimited.form import Form, find_form
+from rtctl.measured.readers.delimited.names import BLANKS, SEPARATORS, cells_of, is_number
 from rtctl.measured.readers.delimited.text import BLOCK_BYTES, Text
 from rtctl.measured.readers.stated.preamble import NumberedLine
 
