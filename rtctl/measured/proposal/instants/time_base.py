@@ -14,6 +14,7 @@ from rtctl.measured.columns.time_column import TimeColumn
 from rtctl.measured.proposal.candidates import is_count
 from rtctl.measured.proposal.given import NONE, column_and_unit
 from rtctl.measured.proposal.instants.column_time import AGREES, Time, checked_time_unit, of_column, read_time
+from rtctl.measured.proposal.instants.no_time import describe_no_times
 from rtctl.measured.proposal.instants.other_times import first_uneven_row, other_times
 from rtctl.measured.proposal.instants.told_rate import (
     ToldRate,
@@ -309,7 +310,8 @@ def _of_files(surveys: Sequence[Survey]) -> Time:
     rates = [told_rate(survey) for survey in surveys]
     if all(rates):
         return _of_told([one for one in rates if one])
-    text = f"the sample rate is not known: no column looks like a time, and {describe_missing_rate(surveys, rates)}"
+    times = describe_no_times(surveys[0]) or "no column looks like a time"
+    text = f"the sample rate is not known: {times}, and {describe_missing_rate(surveys, rates)}"
     spectra = [
         name for name in time_candidates(surveys[0]) if is_rate_unit(_unit_text(surveys[0].columns[name]))
     ]
