@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import re
+from typing import NamedTuple
 
 import numpy as np
 
@@ -63,6 +64,15 @@ _TIMES_TEN = re.compile(
 _PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", -2: "c", 0: "", 3: "k", 6: "M", 9: "G"}
 _NUMBERED = re.compile(r"[\d.,]+(?:[eE^][+-]?\d+)?\s*[*·× ]\s*[^\W\d_]\S*")
 """A number before a unit, which is no unit of the list: `0.1 mm`."""
+_FACTOR = r"(?:10\s?(?:\^|\*\*)\s?[+-]?\d+|\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)"
+_SCALE_IN_NAME = re.compile(
+    rf"[*×·]\s*(?P<times>{_FACTOR})(?!\w)|(?<![\w.,])(?P<before>{_FACTOR})\s*[*×·](?=\s*[^\W\d])|"
+    r"(?:(?<=[\s(\[,])x\s?|_x(?=100))(?P<fold>10+)(?!\w)|(?<![^\W_])(?P<folded>10+)\s?x(?!\w)|"
+    rf"(?:(?<=[\w\])])\s?/\s?(?=10+(?!\w))|(?<![^\W_])[^\W\d_]/(?=\d)|(?<![^\W_])div(?:ided)?(?:[\s_]by)?[\s_]?)"
+    rf"(?P<over>{_FACTOR})(?!\w)",
+    re.IGNORECASE,
+)
+"""A scale in a name: `x*1000`, `1000*x`, `x (x1000)`, `x/10`, `u_div_2`; a node such as `acc x2` is none."""
 _CELSIUS = re.compile(r"^\s*(deg(?:rees?)?\s*C(?:elsius)?|°\s*C|℃|celsius)\s*$", re.IGNORECASE)
 _IN_NAME = re.compile(r"^(?P<name>.*\S)\s*[\[(](?P<unit>[^\[\]()]*(?:\([^()]*\))?[^\[\]()]*)[\])]\s*$")
 _TIME_SUFFIX = re.compile(r"(?:^|[_\s])(ns|us|µs|μs|ms|sec|s|min)$|(?:^|[_\s])(nanos|micros|millis|seconds)$")
@@ -197,8 +207,41 @@ def time_unit_of(stated: str) -> str:
     return normalised(SINCE.sub("", stated))
 
 
+class NamedScale(NamedTuple):
+    """A scale that stands in a name."""
+
+    text: str
+    """As it is written: `*1000`."""
+    per_number: float
+    """What one number of the column counts if its numbers were made by that scale: 0.001."""
+
+
+def scale_in_name(name: str) -> NamedScale | None:
+    """Return the scale in a column's name, which may have been applied to its numbers, or be still to be applied."""
+    unit = _IN_NAME.match(name)
+    if unit is not None and readable(unit["unit"].strip()):
+        name = unit["name"]
+    found = _SCALE_IN_NAME.search(name)
+    if found is None:
+        return None
+    kind = next(key for key, value in found.groupdict().items() if value)
+    mantissa, _, power = re.sub(r"\s|\*\*", "^", found[kind]).partition("^")
+    factor = 10.0 ** int(power.strip("^")) if power else float(mantissa.replace(",", "."))
+    if factor in (0.0, 1.0):
+        return None
+    return NamedScale(found[0].strip(" ([,_"), factor if kind == "over" else 1.0 / factor)
+
+
 def unit_in_name(name: str) -> str | None:
-    """Return the unit at the end of a column's name: in brackets, `x tip [mm]`, `U (V rms)`; decibels also without."""
+    """Return the unit at the end of a column's name: in brackets, `x tip [mm]`, `U (V rms)`; decibels also without.
+
+    Beside a scale, `x*1000 [m]`, it is not the unit of the numbers: None.
+    """
+    return None if scale_in_name(name) else unit_beside_name(name)
+
+
+def unit_beside_name(name: str) -> str | None:
+    """Return the unit at the end of a column's name, also beside a scale, where it may be that of other numbers."""
     found = _IN_NAME.match(name)
     text = "" if found is None else found["unit"].strip()
     if not is_level(text) and (level := level_at_end(name)) is not None:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pyuff
 from corpus_binary import hdf5, made, mat
-from corpus_case import RIGHT, ROWS, Right, Situation, T, U, X, refused, table, text
+from corpus_case import RIGHT, ROWS, Right, Situation, T, U, Write, X, refused, table, text
 from measured_files import uff58, write_uff
 from scipy.io import savemat
 
@@ -72,6 +73,14 @@ DAYS = 45000.5 + T / 86_400.0
 SINCE = {"t": {"units": "milliseconds since 2026-11-21 10:00"}, "u": {"units": "V"}, "x": {"units": "mm"}}
 
 
+def in_groups(path: Path) -> None:
+    """Columns that numbers name, in groups."""
+    with h5py.File(path, "w") as file:
+        for name, values, unit in (("t", T, "s"), ("u", U, "V"), ("x/10", X, "mm")):
+            file[name] = values
+            file[name].attrs["units"] = unit
+
+
 def in_millimetres(path: Path) -> None:
     """A universal file of ordinates without units, and a dataset 164 that says that lengths are in mm."""
     write_uff(path, [uff58(U, id1="drive", unit="V"), uff58(X, id1="x tip", unit="NONE")])
@@ -95,4 +104,28 @@ CODES = (
     Situation("one reading far from all others", text(coded(9999.0, 300)), Right(remark="row 300", within=2e5)),
 )  # fmt: skip
 
-SITUATIONS = (*UNITS, *TIMES, *ORIGINS, *CODES)
+
+def named(name: str, stretched: float = 1.0) -> Write:
+    return text(f't [s],u [V],"{name}"\n' + table(T, U, stretched * X, form="{:.9g}"))
+
+
+SCALED = ("r.csv", "scale in its name", "--output", "--scale 'displacement=")
+NOT_APPLIED = Right(remark='the scale in its name, "*1000", is not applied')
+SCALES = (
+    *(
+        Situation(f"a name with a scale, {name}", named(name), refused(*SCALED, name, per_number))
+        for name, per_number in (
+            ("x*1000 [m]", "0.001 UNIT"), ("1000*x [m]", "0.001 UNIT"), ("x (x1000)", "0.001 UNIT"), ("x [mm] x10", "0.1 UNIT"),
+            ("x [mm*10]", "0.1 UNIT"), ("x/10", "10 UNIT"), ("y/10 [mm]", "10 UNIT"), ("x_div_10 [mm]", "10 UNIT"), ("x · 10^3 [m]", "0.001 UNIT"),
+        )
+    ),
+    Situation("a name with a scale, and what a number counts", named("x*1000 [m]"), RIGHT, {"scales": "displacement=0.001 m"}),
+    Situation("a name with a scale, and the unit of its numbers", named("x*1000 [m]"), NOT_APPLIED, {"outputs": {"displacement": "x*1000 [m]:mm"}}),
+    Situation("a name with a scale, and a unit in a row of its own", text("t,u,x*1000\ns,V,m\n" + table(T, U, X)), refused(*SCALED, "0.001 UNIT")),
+    Situation("a time with a scale in its name", text("t*1000 [s],u [V],x [mm]\n" + table(1e3 * T, U, X)), refused("r.csv", 't*1000 [s]', "scale", "--time 't*1000 [s]:UNIT'")),
+    Situation("a time with a scale in its name, and its unit", text("t*1000 [s],u [V],x [mm]\n" + table(1e3 * T, U, X)), RIGHT, {"time": "t*1000 [s]:ms"}),
+    *(Situation(f"a name with a number that is no scale, {name}", named(name), RIGHT) for name in ("x2 [mm]", "x10 [mm]", "pos 10 [mm]", "CH1/2 [mm]", "x*1 [mm]")),
+    Situation("HDF5, a column 10 of a group x", made("r.h5", in_groups), RIGHT, {"outputs": {"displacement": "x/10"}}),
+)  # fmt: skip
+
+SITUATIONS = (*UNITS, *TIMES, *ORIGINS, *CODES, *SCALES)

@@ -220,6 +220,24 @@ ELSEWHERE = (
         Situation(f"HDF5, a scale called {key}", hdf5(UM | {"x": {"units": "mm", key: value}}), Right(remark=f"{key} = "))
         for key, value in (("mm_per_V", 2.0), ("counts_to_mm", 0.1), ("resolution", 0.01), ("cal", 1.5), ("attenuation", 10.0), ("bias", 0.2), ("conversion", "x = 0.1 * raw"), ("SI_prefix", "d"), ("Kalibrierfaktor", 2.5))
     ),
+    *(
+        Situation(f"HDF5, a scale of x called {key}", hdf5(UM | {"x": {"units": "mm", key: 0.1}}), Right(remark=f'column "x": the file states {key} = 0.1'))
+        for key in ("c1", "k", "b", "step", "range", "bits", "full_scale", "fsr")
+    ),
+    *(
+        Situation(f"MATLAB 5, a scale called {key}", mat(t=T, u=U, x=X, **{key: 0.1}), Right(remark=f"{key} = 0.1"), TIMED)
+        for key in ("c1", "k", "step", "adc_range", "bits", "full_scale", "Vref", "x_range", "k_x")
+    ),
+    Situation("MATLAB 5, numbers that are no scales", mat(t=T, u=U, x=X, time_step=0.1, frequency_range=np.array([0.1, 400.0]), run=3.0), RIGHT, TIMED),
+    Situation("NumPy, coefficients", made("r.npz", lambda path: np.savez(path, t=T, u=U, x=X, c0=0.2, c1=0.1)), Right(remark="c0 = 0.2, c1 = 0.1"), TIMED),
+    Situation("Parquet, coefficients in a table", made("r.parquet", lambda path: pq.write_table(table({"calibration": json.dumps({"x": {"k": 0.1}})}), path)), Right(remark="calibration.x.k = 0.1")),
+    Situation("text, a range and bits above the columns", text("# Range: 10 V\n# Bits: 16\n" + TEXT_MM), Right(remark="Range = 10 V, Bits = 16")),
+    Situation("MATLAB 5, a decimation beside a rate", mat(u=U, x=X, fs=1000.0, decimation=2.0), Right(remark="decimation = 2.0 beside its sample rate, 1000 Hz"), NAMES),
+    Situation("MATLAB 5, a decimation beside a rate, and the rate of the rows", mat(u=U, x=X, fs=10_000.0, decimation=10.0), Right(remark="decimation = 10.0"), NAMES | {"sample_rate_hz": 1000.0, "time": "-"}),
+    Situation("MATLAB 5, a decimation of 1", mat(u=U, x=X, fs=1000.0, decimation=1.0), RIGHT, NAMES),
+    Situation("HDF5, a downsampling of x", hdf5({"t": {}, "u": {"units": "V", "fs": 1000.0}, "x": {"units": "mm", "fs": 1000.0, "downsampling": 10}}, t=None), Right(remark="downsampling = 10 beside its sample rate")),
+    Situation("HDF5, a decimation of the file, and the rate of the rows", hdf5({"t": {}, "u": {"units": "V", "fs": 1e4}, "x": {"units": "mm", "fs": 1e4}}, t=None, Decimation=np.array(10)), Right(remark="Decimation = 10.0 beside"), {"sample_rate_hz": 1000.0}),
+    Situation("text, a decimation above the columns", text("# fs = 1000 Hz\n# decimation: 4\nu [V],x [mm]\n" + lines(U, X)), Right(remark="decimation = 4 beside its sample rate")),
     Situation("HDF5, two rates", hdf5({"t": {}, "u": {"units": "V", "fs": 1000.0}, "x": {"units": "mm", "fs": 1000.0}}, t=None, Sampling_Rate=2000.0), Right(remark="two rates: 1000 Hz")),
     Situation("text, a unit above the columns", text("Unit of x: um\nUnit of u: V\n" + TEXT_UM), RIGHT, {"inputs": "u", "outputs": {"displacement": "x"}, "time": "t:s"}),
     Situation("text, a unit above the columns, and the user's another", text("Unit of x: um\n" + TEXT_UM), refused("r.csv", '"um"', '"mm"', "correct"), ASK_MM),

@@ -122,7 +122,7 @@ class TableCache:
         table = self.table(path)
         header, preamble = self.header(path, name), table.preamble
         if header.period_s is not None:
-            return StatedPeriod(header.period_s, header.period_key)
+            return StatedPeriod(header.period_s, header.period_key, is_of_device=bool(header.decimation))
         if preamble.period_s is not None:
             return StatedPeriod(
                 preamble.period_s, f"by {preamble.source}", preamble.rounding, is_of_device=True

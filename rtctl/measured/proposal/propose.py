@@ -28,6 +28,7 @@ from rtctl.measured.proposal.naming.column_units import (
     as_written,
     given_unit,
     is_logarithm,
+    own_scale,
     read_column,
 )
 from rtctl.measured.proposal.naming.own_recording import without_computed
@@ -41,6 +42,7 @@ from rtctl.measured.proposal.scales import given_scales, scale_of
 from rtctl.measured.proposal.survey import Survey
 from rtctl.measured.proposal.sweeps import find_sweep, propose_sweeps
 from rtctl.measured.proposal.uses.staircases import Use, doubts_about_uses, look_at_staircase, propose_uses
+from rtctl.measured.stated_unit import NamedScale
 from rtctl.registry import PlantKind, plant_kind
 
 NO_STAIRCASE = (
@@ -261,7 +263,12 @@ def _signals(
             option = (
                 f"--{kind.signals[name].role} {shlex.quote(f'{name}=' * named + f'{choice.column}:UNIT')}"
             )
-            opens.append(_unit_question(name, choice, unit, option))
+            opens.append(_unit_question(name, choice, unit, option, own_scale(column)))
+        if unit.source == "given" and (beside := own_scale(column)):
+            unsure.append(
+                f'{name}: column "{choice.column}" is read in {as_written(unit.text)}, as you said, and the scale in '
+                f'its name, "{beside.text}", is not applied'
+            )
         if reading.doubt and unit.source != "given" and scale is None:
             unsure.append(f'{name}: column "{choice.column}": {reading.doubt}')
         read[name] = reading.unit
@@ -285,8 +292,16 @@ def _unit(given: Given | None, name: str, read: Unit) -> Unit:
         raise InputError(f'unit of the {name}, column "{given.column}": {error}') from None
 
 
-def _unit_question(name: str, choice: Choice, unit: Unit, option: str) -> Open:
+def _unit_question(
+    name: str, choice: Choice, unit: Unit, option: str, scale: NamedScale | None = None
+) -> Open:
     because = f" ({unit.doubt})" if unit.doubt else ""
+    if scale is not None:
+        text = (
+            f'whether the numbers of column "{choice.column}", the {name}, were made by the scale in its name, '
+            f'"{scale.text}", does not show: give their unit as they stand, or what one of them counts'
+        )
+        return Open(f"unit.{name}", text, f"{option} or --scale '{name}={scale.per_number:.6g} UNIT'")
     return Open(
         f"unit.{name}", f'nobody states the unit of column "{choice.column}", the {name}{because}', option
     )

@@ -40,6 +40,8 @@ class Column:
     """Sample period [s] that the file states."""
     period_key: str = ""
     """Key under which the file states the period."""
+    is_decimated: bool = False
+    """Whether the file states beside the period that samples were left out."""
     start_s: float | None = None
     """Time [s] of its first sample that the file states, from an origin that its columns share."""
     start_key: str = ""
@@ -171,6 +173,7 @@ def _column(cache: TableCache, path: Path, name: str, read: NDArray[Any] | None)
         unit=unit,
         period_s=header.period_s,
         period_key=header.period_key,
+        is_decimated=bool(header.decimation),
         start_s=header.start_s,
         start_key=header.start_key,
         place=table.place(name),

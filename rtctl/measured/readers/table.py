@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from rtctl.measured.readers.groups import Place
 from rtctl.measured.readers.stated.attributes import (
     packing_of,
+    stated_decimation,
     stated_unit,
     text_of,
     texts_of,
@@ -50,6 +51,8 @@ class Header(NamedTuple):
     """Why the column is no signal, as a phrase that continues its name."""
     unapplied: str = ""
     """What the file states of a scale that is not applied, as `key = value`; "": nothing."""
+    decimation: str = ""
+    """What it states of samples that were left out, as `key = value`; "": nothing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -137,7 +140,7 @@ def arrow_headers(schema: pa.Schema, rows: int) -> dict[str, Header]:
         headers[entry.name] = Header(
             shape=(rows,), unit=stated_unit(attributes), refusal=refusal,
             unapplied=unapplied(attributes), period_s=period_s, period_key=key,
-            start_s=start_s, start_key=start_key,
+            start_s=start_s, start_key=start_key, decimation=stated_decimation(attributes),
         )  # fmt: skip
     return headers
 

@@ -18,7 +18,7 @@ import numpy as np
 from nptdms import TdmsChannel, TdmsFile
 
 from rtctl.measured.readers.groups import Place
-from rtctl.measured.readers.stated.attributes import stated_unit, texts_of, unapplied
+from rtctl.measured.readers.stated.attributes import stated_decimation, stated_unit, texts_of, unapplied
 from rtctl.measured.readers.stated.beside import plain
 from rtctl.measured.readers.stated.rate import stated_period
 from rtctl.measured.readers.table import Column, Header, Table, reading
@@ -114,6 +114,7 @@ def _header(channel: TdmsChannel, levels: tuple[Mapping[str, Any], ...]) -> Head
         period_s=period[0],
         period_key=period[1],
         unapplied=unapplied(properties),
+        decimation=stated_decimation(properties),
         refusal="holds text, numbers are needed" if dtype.hasobject else refusal,
     )
 

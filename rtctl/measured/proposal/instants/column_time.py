@@ -14,7 +14,7 @@ import numpy as np
 from rtctl.border.errors import InputError
 from rtctl.measured.columns.time_column import TimeColumn, TimeUnit, seconds
 from rtctl.measured.proposal.instants.told_rate import ToldRate, convert_number, one_of_several
-from rtctl.measured.proposal.naming.column_units import quantity_of, read_column
+from rtctl.measured.proposal.naming.column_units import own_scale, quantity_of, read_column
 from rtctl.measured.proposal.proposal import Open, TimeGuess
 from rtctl.measured.proposal.survey import Column
 from rtctl.measured.units import check_unit, same_unit
@@ -53,6 +53,17 @@ def of_column(column: Column, given_unit: str, why: str, told: ToldRate | None) 
     if given_unit:
         guess = TimeGuess(column=column.name, unit=checked_time_unit(given_unit), why=why)
         return Time(guess, unsure=_other_time(column, given_unit, told))
+    if scale := own_scale(column):
+        text = (
+            f'the time column "{column.name}" has the scale "{scale.text}" in its name: what its numbers count '
+            "does not show"
+        )
+        return Time(
+            TimeGuess(column=column.name, unit="s", why=why),
+            opens=(
+                Open("time_unit", text, f"--time {shlex.quote(column.name + ':UNIT')} or --sample-rate HZ"),
+            ),
+        )
     unit = read_column(column).unit
     if unit.text and quantity_of(unit.text) == "time":
         guess = TimeGuess(column=column.name, unit=unit.text, why=f"{why}; {unit.source}")

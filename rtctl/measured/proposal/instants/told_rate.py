@@ -34,7 +34,11 @@ def told_rate_hz(survey: Survey) -> float | None:
 def check_stated(survey: Survey, rate_hz: float, option: str) -> None:
     """Raise InputError where all that a file states of the rate, in attributes or in a line, contradicts an option."""
     lines = survey.preamble
-    stated = [StatedPeriod(one.period_s, one.period_key) for one in survey.numeric.values() if one.period_s]
+    stated = [
+        StatedPeriod(one.period_s, one.period_key, is_of_device=one.is_decimated)
+        for one in survey.numeric.values()
+        if one.period_s
+    ]
     if not stated and lines.period_s is not None:
         stated = [StatedPeriod(lines.period_s, f"by {lines.source}", lines.rounding, is_of_device=True)]
     if stated and not any(one.agrees(rate_hz) for one in stated):

@@ -10,7 +10,7 @@ import re
 from typing import NamedTuple
 
 from rtctl.measured.amplitude_unit import level_at_end
-from rtctl.measured.stated_unit import SINCE, meanings, readable, unit_in_name
+from rtctl.measured.stated_unit import SINCE, meanings, readable, unit_beside_name
 
 STRONG, WEAK = 4.0, 2.0
 """Votes of a word and of a single letter; a unit's vote lies between (`column_units.UNIT_VOTE`)."""
@@ -124,7 +124,7 @@ def base_name(name: str) -> str:
 
 def _without_unit(name: str) -> tuple[str, str, str]:
     """Return a name without its unit, the unit, and where it stands."""
-    text = unit_in_name(name)
+    text = unit_beside_name(name)
     if text is not None and text == level_at_end(name):
         return name[: -len(text)].strip(" _,(["), text, "at its end"
     if text:

@@ -10,7 +10,13 @@ from rtctl.border.units.quantities import is_angle, unit_registry
 from rtctl.measured.amplitude_unit import AmplitudeUnit, is_level
 from rtctl.measured.proposal.naming.column_names import STRONG, Name, is_weight, read_name, unit_meanings
 from rtctl.measured.proposal.survey import Column
-from rtctl.measured.stated_unit import column_amplitude, is_no_unit, stated_amplitude
+from rtctl.measured.stated_unit import (
+    NamedScale,
+    column_amplitude,
+    is_no_unit,
+    scale_in_name,
+    stated_amplitude,
+)
 from rtctl.measured.units import check_unit, is_proportional
 
 UNIT_VOTE = 3.0
@@ -49,6 +55,9 @@ def read_column(column: Column) -> Reading:
     """Return the votes and the unit of a column, by its name and by what its file states."""
     name = read_name(column.label or column.name)
     unit = _unit(column, name)
+    if scale := own_scale(column):  # its unit tells what was measured, and not what its numbers count
+        votes, _ = _joint_votes(name.votes, quantity_of(unit.text) if unit.text else "")
+        return Reading(votes, Unit("", "", f'its name has the scale "{scale.text}"'))
     if not unit.text:
         return Reading(name.votes, unit)
     votes, doubt = _joint_votes(name.votes, quantity_of(unit.text))
@@ -66,6 +75,12 @@ def unit_of_amplitude(text: str) -> str:
     """Return the unit of an amplitude as pint reads it, best one of a motion; "": it has none."""
     found = unit_meanings(text) if text else ()
     return _chosen(found, next((quantity_of(one) for one in found if quantity_of(one) in MOTIONS), ""))
+
+
+def own_scale(column: Column) -> NamedScale | None:
+    """Return the scale that the name of a column has in it, not that of its group; None: it has none."""
+    place = column.place
+    return scale_in_name(place.within(place.groups[-1]) if place.groups else column.name)
 
 
 def is_logarithm(column: Column) -> bool:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtctl.measured.readers.stated.keys import (
+    is_decimation_key,
     is_fill_key,
     is_offset_key,
     is_own_scale_key,
@@ -194,6 +195,11 @@ def unapplied(attributes: Mapping[str, Any]) -> str:
             if key.lower() not in agreed and is_own_scale_key(key)
         }
     )
+
+
+def stated_decimation(attributes: Mapping[str, Any]) -> str:
+    """Return how many samples were left out, as `key = value`; "": none were, or nobody says."""
+    return described_scales({key: value for key, value in attributes.items() if is_decimation_key(key)})
 
 
 def described_scales(stated: Mapping[str, Any]) -> str:

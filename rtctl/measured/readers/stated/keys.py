@@ -24,14 +24,20 @@ _SCALE_WORDS = frozenset(
     {"scale", "scales", "scaling", "gains", "factors", "offsets", "sensitivities", "calibrations", "slopes",
      "scalefactor", "gain", "slope", "factor", "sensitivity", "multiplier", "calibration", "calib",
      "calfactor", "conversion", "lsb", "empfindlichkeit", "verstaerkung", "faktor", "kalibrierfaktor",
-     "offset", "addoffset", "intercept"}
+     "offset", "addoffset", "intercept", "bits", "fullscale", "fsr", "vref", "range", "sens", "coef", "coefs",
+     "coeff", "coeffs", "coefficient", "coefficients", "polynomial", "attenuation", "step"}
 )  # fmt: skip
 _OWN_SCALE_WORDS = frozenset(
-    {"resolution", "cal", "coeff", "coeffs", "coefficient", "coefficients", "polynomial", "attenuation", "probe",
-     "amplification", "ratio", "normalization", "normalisation", "prefix", "exponent", "quantum", "zero", "bias",
-     "tare", "kalibrierfaktor", "umrechnung", "nullpunkt"}
+    {"resolution", "cal", "probe", "amplification", "ratio", "normalization", "normalisation", "prefix", "exponent",
+     "quantum", "zero", "bias", "tare", "kalibrierfaktor", "umrechnung", "nullpunkt", "poly", "quantization",
+     "quantisation"}
 )  # fmt: skip
 """Words that mean a scale at a column, and other things elsewhere."""
+_COEFFICIENT = re.compile(r"k|[ackp]_?\d", re.IGNORECASE)
+_OWN_COEFFICIENT = re.compile(r"[abckmp](_?\d)?", re.IGNORECASE)
+"""Letters of a polynomial, of a file and of a column itself: `k`, `c1`, `b`."""
+_DECIMATIONS = ("decimat", "downsampl", "subsampl", "undersampl", "dezim", "unterabtast")
+"""Beginnings of words for samples that were left out."""
 _BETWEEN = frozenset({"per", "to", "pro"})
 _NO_RATIOS = frozenset(
     {"second", "seconds", "sec", "s", "minute", "min", "hour", "frame", "frames", "cycle", "cycles", "period", "block",
@@ -43,7 +49,7 @@ _OFFSET_WORDS = frozenset(
     {"offset", "addoffset", "intercept", "zero", "bias", "tare", "nullpunkt", "exponent"}
 )
 _NO_SCALES = frozenset(
-    {"full", "color", "colour", "gray", "grey", "log", "date", "due", "id", "serial", "type", "status", "number",
+    {"color", "colour", "gray", "grey", "log", "date", "due", "id", "serial", "type", "status", "number",
      "name", "time", "timestamp", "start", "utc", "zone", "delay", "wf", "ni", "certificate", "file", "lab", "by", "kp",
      "ki", "kd", "pid", "controller", "loop", "phase", "frequency", "rate", "quality", "crest", "power", "form",
      "safety", "margin", "damping", "duty", "q", "samples", "sample", "lines", "points"}
@@ -86,25 +92,37 @@ def is_unit_of_all(key: str) -> bool:
 def is_scale_key(key: str) -> bool:
     """Return whether a key may name a scale or an offset of numbers, also as one unit in another: `mm_per_V`."""
     words = words_of(key)
+    if is_decimation_key(key):
+        return False
     is_ratio = any(one in _BETWEEN for one in words[1:-1]) and not set(words) & _NO_RATIOS
-    return (is_ratio or bool(set(words) & _SCALE_WORDS)) and not set(words) & _NO_SCALES
+    is_one = is_ratio or bool(set(words) & _SCALE_WORDS) or _COEFFICIENT.fullmatch(key) is not None
+    return is_one and not set(words) & _NO_SCALES
 
 
 def is_own_scale_key(key: str) -> bool:
     """Return whether a key of a column itself may name a scale: there more words are one than in a group."""
     words = set(words_of(key))
-    return is_scale_key(key) or (bool(words & _OWN_SCALE_WORDS) and not words & _NO_SCALES)
+    is_one = bool(words & _OWN_SCALE_WORDS) or _OWN_COEFFICIENT.fullmatch(key) is not None
+    return is_scale_key(key) or (is_one and not words & _NO_SCALES)
+
+
+def is_decimation_key(key: str) -> bool:
+    """Return whether a key names how many samples were left out: `decimation`, `down_sampling_factor`."""
+    joined = "".join(words_of(key))
+    return any(word in joined for word in _DECIMATIONS)
 
 
 def says_of_columns(key: str) -> bool:
     """Return whether a key that stands beside columns may say how their numbers are to be read."""
-    return _beside(key, _UNIT_WORDS) is not None or is_scale_key(key) or is_fill_key(key)
+    is_one = _beside(key, _UNIT_WORDS) is not None or is_scale_key(key) or is_fill_key(key)
+    return is_one or is_decimation_key(key)
 
 
 def is_scale_of(key: str, column: str) -> bool:
     """Return whether a key that stands beside columns may name a scale of this one: `gain_x`."""
     own = set(words_of(column)) - _FILLERS
-    return bool(own) and is_scale_key(key) and own < set(words_of(key))
+    rest = [word for word in words_of(key) if word not in own]
+    return bool(own) and own < set(words_of(key)) and (is_scale_key(key) or is_own_scale_key("_".join(rest)))
 
 
 def is_offset_key(key: str) -> bool:

@@ -13,7 +13,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rtctl.measured.readers.stated.attributes import described_scales, numbers_of, stated_unit, unit_text
+from rtctl.measured.readers.stated.attributes import (
+    described_scales,
+    numbers_of,
+    stated_decimation,
+    stated_unit,
+    unit_text,
+)
 from rtctl.measured.readers.stated.beside import MOST_NUMBERS, Level, Period
 from rtctl.measured.readers.stated.keys import (
     is_fill_key,
@@ -25,6 +31,7 @@ from rtctl.measured.readers.stated.keys import (
 )
 from rtctl.measured.readers.stated.rate import VARIABLES, stated_period
 from rtctl.measured.readers.table import Column, Header, Table
+from rtctl.measured.readers.whole_file.decimation import decimation_remarks
 
 _DEEPEST = 3
 """Tables within tables that are looked into."""
@@ -58,16 +65,14 @@ def with_beside(table: Table) -> Table:
     remarks = [
         remark for path, level in levels.items() for remark in _of_no_column(path, level, inside[path])
     ]
-    return replace(
-        _without_fills(table, levels),
-        columns=headers,
-        remarks=(*table.remarks, *remarks, *_contradictions(table, levels)),
-        periods={
-            name: Period(*found)
-            for name in headers
-            if (found := stated_period(*_around(table, name, levels), periods=VARIABLES)) is not None
-        },
-    )
+    periods = {
+        name: Period(*found)
+        for name in headers
+        if (found := stated_period(*_around(table, name, levels), periods=VARIABLES)) is not None
+    }
+    table = replace(_without_fills(table, levels), columns=headers, periods=periods)
+    remarks += [*_contradictions(table, levels), *decimation_remarks(table)]
+    return replace(table, remarks=(*table.remarks, *remarks))
 
 
 def _groups_of_columns(table: Table) -> list[str]:
@@ -159,7 +164,8 @@ def _told(table: Table, header: Header, name: str, levels: Mapping[str, Level]) 
         scales |= {key: value for key, value in level.items() if is_scale_of(key, own)}
         scales |= dict(_scales_in_tables(level, own))
     unapplied = ", ".join(one for one in (header.unapplied, described_scales(scales)) if one)
-    return header._replace(unit=unit, unapplied=unapplied)
+    decimation = header.decimation or next((text for one in around if (text := stated_decimation(one))), "")
+    return header._replace(unit=unit, unapplied=unapplied, decimation=decimation)
 
 
 def _scales_in_tables(level: Level, column: str) -> Iterator[tuple[str, Any]]:
