@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import corpus_binary
+import corpus_fields
 import corpus_habits
 import corpus_lines
 import corpus_numbers
@@ -32,6 +33,7 @@ TABLES = (
     corpus_time,
     corpus_numbers,
     corpus_binary,
+    corpus_fields,
     corpus_habits,
     corpus_stated,
     corpus_sweeps,

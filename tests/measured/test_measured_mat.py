@@ -104,14 +104,14 @@ def test_variables_of_version_5_that_are_no_signal(
 def test_variables_of_version_73_that_are_no_signal(tmp_path: Path) -> None:
     path = tmp_path / "r.mat"
     with h5py.File(path, "w", userblock_size=512) as file:
-        file["c"] = np.zeros((1, 4), dtype=[("real", "f8"), ("imag", "f8")])  # MATLAB's complex numbers
+        file["c"] = np.ones((1, 4), dtype=[("real", "f8"), ("imag", "f8")])  # MATLAB's complex numbers
         file["s"] = np.frombuffer("on".encode("utf-16-le"), np.uint16)[:, np.newaxis]
         file["s"].attrs["MATLAB_class"] = np.bytes_("char")
         file["e"] = np.zeros(2, np.uint64)  # the size of an empty array, not its numbers
         file["e"].attrs["MATLAB_empty"] = np.uint8(1)
         file["m"] = np.zeros((3, 4))
     for name, message in {
-        "c": 'column "c" holds complex numbers, real numbers are needed',
+        "c": 'column "c" holds complex128, real numbers are needed',
         "s": 'column "s" is a MATLAB char, numbers are needed',
         "m": r'column "m" has shape \(3, 4\)',
     }.items():

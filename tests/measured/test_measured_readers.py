@@ -233,7 +233,7 @@ def test_a_unit_in_the_file_that_contradicts_the_manifest(tmp_path: Path) -> Non
     ("value", "message"),
     [
         (np.zeros((5, 2)), r'column "a" has shape \(5, 2\)'),
-        (np.zeros(5, dtype=complex), 'column "a" holds complex128, real numbers are needed'),
+        (1j * np.ones(5), 'column "a" holds complex128, real numbers are needed'),
         (np.array(["1", "x"]), 'holds text, numbers are needed: "x", in row 1'),
         (np.array(["1", "2"]), "holds numbers as text; store them as numbers"),
     ],

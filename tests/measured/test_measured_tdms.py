@@ -83,7 +83,7 @@ def test_a_scaled_channel_arrives_scaled(tmp_path: Path) -> None:
             np.array(["2026-11-21"], dtype="datetime64[us]"),
             r'column "x" holds datetime64\[us\], real numbers',
         ),
-        (np.zeros(3, complex), 'column "x" holds complex128, real numbers are needed'),
+        (1j * np.ones(3), 'column "x" holds complex128, real numbers are needed'),
     ],
 )
 def test_channels_that_are_no_signal(tmp_path: Path, values: np.ndarray, message: str) -> None:

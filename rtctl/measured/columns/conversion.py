@@ -185,7 +185,8 @@ def numbers(raw: NDArray[Any], name: str, first_row: int = 0) -> FloatArray:
     if flat.dtype.kind in _TEXT:
         raise ValueError(_about_text(flat, name, first_row))
     if flat.dtype.kind not in "biuf":
-        raise ValueError(f'column "{name}" holds {flat.dtype.name}, real numbers are needed')
+        remedy = ": save its real and its imaginary part as columns of their own" * (flat.dtype.kind == "c")
+        raise ValueError(f'column "{name}" holds {flat.dtype.name}, real numbers are needed{remedy}')
     return np.ascontiguousarray(flat, dtype=np.float64)
 
 

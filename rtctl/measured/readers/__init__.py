@@ -11,6 +11,7 @@ from rtctl.measured.readers.limits import limited
 from rtctl.measured.readers.table import Header, Table
 from rtctl.measured.readers.whole_file.beside import with_beside
 from rtctl.measured.readers.whole_file.matrices import with_matrix_columns
+from rtctl.measured.readers.whole_file.real_parts import with_real_parts
 from rtctl.measured.readers.whole_file.signatures import contradiction
 
 __all__ = ["READERS", "Header", "Table", "open_table"]
@@ -80,6 +81,8 @@ def open_table(path: Path) -> Table:
         table = limited.read(module, path)
     else:
         table = importlib.import_module(module).read(path)
+    if suffix not in (".uff", ".unv"):  # whose complex numbers are frequency responses
+        table = with_real_parts(table)
     return with_beside(with_matrix_columns(table, matlab=suffix == ".mat"))
 
 

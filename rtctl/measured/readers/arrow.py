@@ -14,7 +14,9 @@ from rtctl.measured.readers.table import (
     Column,
     Table,
     arrow_beside,
+    arrow_fields,
     arrow_headers,
+    arrow_part,
     arrow_readings,
     arrow_slice,
     arrow_texts,
@@ -40,7 +42,8 @@ def read(path: Path) -> Table:
         else:
             stream = pa.ipc.open_stream(source)
             schema, rows = stream.schema, sum(batch.num_rows for batch in stream)
-    names = schema.names
+    with reading("an Arrow file"):
+        columns = arrow_fields(schema)
 
     @cache
     def batch_starts() -> list[int]:
@@ -51,12 +54,14 @@ def read(path: Path) -> Table:
 
     def load(name: str, first: int, end: int) -> Column:
         with reading("an Arrow file"), pa.memory_map(str(path)) as source:
-            field = names.index(name)
+            within = columns[name].path
+            field = schema.names.index(within[0])
             if not is_file:
-                return arrow_readings(schema, name, arrow_slice(_stream_pieces(source, field), first, end))
+                parts = arrow_part(_stream_pieces(source, field), within)
+                return arrow_readings(schema, name, arrow_slice(parts, first, end))
             starts = batch_starts()
             begin = bisect_right(starts, first) - 1
-            pieces = _file_pieces(source, field, begin)
+            pieces = arrow_part(_file_pieces(source, field, begin), within)
             return arrow_readings(
                 schema, name, arrow_slice(pieces, first - starts[begin], end - starts[begin])
             )

@@ -12,6 +12,13 @@ import numpy as np
 
 from rtctl.extras import missing_message
 from rtctl.measured.readers.groups import place_of
+from rtctl.measured.readers.hdf5_storage.fields import (
+    field_attributes,
+    field_names,
+    field_refusal,
+    read_rows,
+    type_of,
+)
 from rtctl.measured.readers.mat_headers import describe_object
 from rtctl.measured.readers.stated.attributes import (
     LONGEST_TEXT,
@@ -57,57 +64,79 @@ def read(path: Path, separator: str = "/") -> Table:
     if not is_hdf5(path):
         raise ValueError("not an HDF5 file")
     h5py = _h5py()
-    headers: dict[str, Header] = {}
-    paths: dict[str, str] = {}
-    packings: dict[str, Packing] = {}
-    matlab = separator == "."
-
-    texts: dict[str, str] = {}
-    beside: dict[str, dict[str, Any]] = {}
-    few: dict[str, Any] = {}
-
-    def visit(name: str, item: Any) -> None:
-        texts.update(texts_of(readable_attributes(item), name))
-        if isinstance(item, h5py.Group):
-            beside[name.replace("/", separator)] = _plain(readable_attributes(item))
-        elif len(few) < MOST_BESIDE and (value := _few(item)) is not None:
-            few[name.replace("/", separator)] = value
-        if isinstance(item, h5py.Dataset) and not name.startswith(
-            "#"
-        ):  # MATLAB's cells and objects, by reference
-            column = name.replace("/", separator)
-            keep(column, item)
-            if matlab and _are_references(item.dtype) and item.size <= MOST_ITEMS:
-                for one, target in _referred(item, column):
-                    keep(one, target)
-
-    def keep(column: str, item: Any) -> None:
-        paths[column] = str(item.name)
-        headers[column], packings[column] = _header(item, column, path.parent)
-
+    found = _Contents(path, separator)
     with reading("an HDF5 file"), h5py.File(path, "r") as file:
-        texts.update(texts_of(readable_attributes(file)))
-        beside[""] = _plain(readable_attributes(file))
-        file.visititems(visit)
+        found.visit("", file)
+        file.visititems(found.visit)
 
     def load(name: str, first: int, end: int) -> Column:
         from rtctl.measured.readers.hdf5_storage.presence import unwritten_rows
 
         with reading("an HDF5 file"), h5py.File(path, "r") as file:
-            dataset = file[paths[name]]
+            place, field = found.paths[name]
+            dataset = file[place]
             absent = unwritten_rows(dataset, first, end)
-            stored = None if absent else np.asarray(dataset[vector_rows(dataset.shape, first, end)])
+            stored = None if absent else read_rows(dataset, vector_rows(dataset.shape, first, end), field)
         if stored is None and absent is not None:
             raise ValueError(
                 f'column "{name}" was never written in rows {absent[0]} to {absent[1] - 1} (HDF5 gives its fill value '
                 "for them); leave them out with rows = [first, end]"
             )
-        return unpack(np.asarray(stored), packings[name])
+        return unpack(np.asarray(stored), found.packings[name])
 
-    places = {name: place_of(name, separator) for name in headers}
-    for group, level in levels_of(few, {name: place_of(name, separator) for name in few}).items():
-        beside.setdefault(group, {}).update(level)
-    return Table(columns=headers, load=load, places=places, texts=texts, beside=beside)
+    places = {name: place_of(name, separator) for name in found.headers}
+    for group, level in levels_of(found.few, {name: place_of(name, separator) for name in found.few}).items():
+        found.beside.setdefault(group, {}).update(level)
+    return Table(columns=found.headers, load=load, places=places, texts=found.texts, beside=found.beside)
+
+
+class _Contents:
+    """What is gathered of a file, object by object."""
+
+    def __init__(self, path: Path, separator: str) -> None:
+        self._folder, self._separator = path.parent, separator
+        self.headers: dict[str, Header] = {}
+        self.paths: dict[str, tuple[str, str]] = {}
+        """Path of each column's dataset, and the field that it is; "": the whole dataset."""
+        self.packings: dict[str, Packing] = {}
+        self.texts: dict[str, str] = {}
+        self.beside: dict[str, dict[str, Any]] = {}
+        self.few: dict[str, Any] = {}
+
+    def visit(self, name: str, item: Any) -> None:
+        """Keep what a group or a dataset is and states; `name` is its path, "": of the file."""
+        column = name.replace("/", self._separator)
+        self.texts.update(texts_of(readable_attributes(item), name))
+        if not hasattr(item, "dtype"):
+            self.beside[column] = _plain(readable_attributes(item))
+            if not name.startswith("#"):
+                self._keep_links(item)
+            return
+        if len(self.few) < MOST_BESIDE and (value := _few(item)) is not None:
+            self.few[column] = value
+        if name.startswith("#"):  # MATLAB's cells and objects, by reference
+            return
+        self._keep(column, item)
+        if self._separator == "." and _are_references(item.dtype) and item.size <= MOST_ITEMS:
+            for one, target in _referred(item, column):
+                self._keep(one, target)
+
+    def _keep_links(self, group: Any) -> None:
+        from rtctl.measured.readers.hdf5_storage.links import links_of
+
+        for link in links_of(group):
+            column = link.name.replace("/", self._separator)
+            if link.target is None:
+                self.headers[column] = Header(shape=(0,), refusal=link.refusal)
+            else:
+                self._keep(column, link.target)
+
+    def _keep(self, column: str, item: Any) -> None:
+        fields = field_names(item.dtype) if item.shape else ()
+        columns = [(f"{column}{self._separator}{one}", one) for one in fields] or [(column, "")]
+        for one, field in columns:
+            self.paths[one] = str(item.name), field
+            self.headers[one], self.packings[one] = _header(item, one, self._folder, field)
 
 
 def _few(item: Any) -> Any:
@@ -144,27 +173,32 @@ def _referred(item: Any, column: str) -> Iterator[tuple[str, Any]]:
             yield from ((f"{one}.{key}", field) for key, field in target.items() if hasattr(field, "dtype"))
 
 
-def _header(dataset: Any, name: str, folder: Path) -> tuple[Header, Packing]:
-    """Return the header of a dataset, and how its numbers are packed."""
+def _header(dataset: Any, name: str, folder: Path, field: str = "") -> tuple[Header, Packing]:
+    """Return the header of a dataset or of one of its fields, and how its numbers are packed."""
     from rtctl.measured.readers.hdf5_storage.origins import own_fill_value, source_attributes
     from rtctl.measured.readers.hdf5_storage.presence import absence
 
     attributes = readable_attributes(dataset)
     if dataset.shape is None or "MATLAB_empty" in attributes:
         return Header(shape=(0,)), Packing()
-    refusal, packing = _refusal(dataset, attributes, name) or absence(dataset, folder), Packing()
+    kind, levels = dataset.dtype, list(_levels(dataset))
+    if field:
+        names = field_names(kind)
+        kind = kind[field]
+        attributes = field_attributes(attributes, names.index(field), len(names))
+        levels[0] = attributes
+    refusal = _refusal(dataset, attributes, name) or field_refusal(kind) or absence(dataset, folder)
+    packing = Packing()
     if not refusal and not attributes.keys() & {"MATLAB_class"}:
         try:
             attributes = {**source_attributes(dataset, folder), **attributes}
             packing = packing_of(attributes)
         except ValueError as error:
             refusal = str(error)
-        if (fill := own_fill_value(dataset)) is not None:
+        if not field and (fill := own_fill_value(dataset)) is not None:
             packing = packing._replace(missing=(*packing.missing, fill))
-    dtype = (
-        np.dtype(np.float64) if packing.changes_numbers and dataset.dtype.kind in "biuf" else dataset.dtype
-    )
-    period_s, key = stated_period(*_levels(dataset)) or (None, "")
+    dtype = np.dtype(np.float64) if packing.changes_numbers and kind.kind in "biuf" else type_of(kind)
+    period_s, key = stated_period(*levels) or (None, "")
     start_s, start_key = stated_start(attributes) or (None, "")
     header = Header(
         shape=dataset.shape,
@@ -198,9 +232,6 @@ def _refusal(dataset: Any, attributes: Mapping[str, Any], name: str) -> str:
         return f"is a MATLAB {kind}, numbers are needed"
     if _are_references(dataset.dtype):
         return "refers to other arrays of the file, which are columns of their own"
-    fields = dataset.dtype.names
-    if fields is not None and set(fields) == {"real", "imag"}:
-        return "holds complex numbers, real numbers are needed"
     return ""
 
 

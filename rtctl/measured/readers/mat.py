@@ -49,7 +49,8 @@ def read(path: Path) -> Table:
                     if not isinstance(value, MatlabOpaque) and value.size <= MOST_NUMBERS:
                         few[column] = value
         else:
-            headers[name] = Header(shape=shape, refusal=_refusal(kind))
+            dtype = np.dtype(np.complex128) if kind == "complex" else None
+            headers[name] = Header(shape=shape, dtype=dtype, refusal=_refusal(kind))
             if prod(shape) <= (LONGEST_TEXT if kind == "char" else MOST_NUMBERS):
                 with reading("a MATLAB file"):
                     few[name] = _variable(path, name)
@@ -109,8 +110,6 @@ def _header(value: Any, column: str) -> Header:
 
 
 def _refusal(kind: str) -> str:
-    if kind == "complex":
-        return "holds complex128, real numbers are needed"
-    numeric = kind in ("double", "single", "logical") or kind.startswith(("int", "uint"))
+    numeric = kind in ("double", "single", "logical", "complex") or kind.startswith(("int", "uint"))
     array = " array" if kind == "struct" else ""
     return "" if numeric else f"is a MATLAB {kind}{array}, numbers are needed"

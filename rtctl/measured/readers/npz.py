@@ -6,10 +6,11 @@ import struct
 import zipfile
 from math import prod
 from pathlib import Path
-from typing import IO, NamedTuple
+from typing import IO, Any, NamedTuple
 
 import numpy as np
 
+from rtctl.measured.readers.hdf5_storage.fields import field_refusal
 from rtctl.measured.readers.stated.beside import MOST_NUMBERS, levels_of
 from rtctl.measured.readers.table import Column, Header, Table, reading, vector_rows
 
@@ -43,7 +44,19 @@ def read(path: Path) -> Table:
             if info.filename.endswith(".npy")
         }
 
-    def load(name: str, first: int, end: int) -> Column:
+    fields = {
+        f"{name}.{field}": (name, field)
+        for name, (_, layout) in arrays.items()
+        for field in layout.dtype.names or ()
+        if not layout.header.refusal
+    }
+
+    def load(column: str, first: int, end: int) -> Column:
+        name, field = fields.get(column, (column, ""))
+        values = load_array(name, first, end)
+        return np.ascontiguousarray(values[field]) if field else values
+
+    def load_array(name: str, first: int, end: int) -> Column:
         info, layout = arrays[name]
         shape = layout.header.shape
         with reading("an .npz file"):
@@ -62,10 +75,15 @@ def read(path: Path) -> Table:
     few = {
         name: numbers(info, layout, 0, prod(layout.header.shape))
         for name, (info, layout) in arrays.items()
-        if prod(layout.header.shape) <= MOST_NUMBERS and not layout.header.refusal
+        if prod(layout.header.shape) <= MOST_NUMBERS and not layout.header.refusal and not layout.dtype.names
     }
+    headers = {name: layout.header for name, (_, layout) in arrays.items() if layout.dtype.names is None}
+    for column, (name, field) in fields.items():
+        layout, kind = arrays[name][1], arrays[name][1].dtype
+        part: np.dtype[Any] = np.empty(0, kind)[field].dtype
+        headers[column] = layout.header._replace(dtype=part, refusal=field_refusal(part))
     return Table(
-        columns={name: layout.header for name, (_, layout) in arrays.items()},
+        columns=headers,
         load=load,
         beside=levels_of(few, {}),
         piecewise=all(layout.stored_at is not None for _, layout in arrays.values()),

@@ -13,7 +13,9 @@ from rtctl.measured.readers.table import (
     Column,
     Table,
     arrow_beside,
+    arrow_fields,
     arrow_headers,
+    arrow_part,
     arrow_readings,
     arrow_slice,
     arrow_texts,
@@ -36,7 +38,10 @@ def read(path: Path) -> Table:
             pq.ParquetFile(path, buffer_size=_BUFFER_BYTES, pre_buffer=False) as file,
         ):
             groups, start = _groups(file.metadata, first, end)
-            stored = arrow_slice(_pieces(file, name, groups), first - start, end - start)
+            path_in_row = arrow_fields(file.schema_arrow)[name].path
+            stored = arrow_slice(
+                arrow_part(_pieces(file, name, groups), path_in_row), first - start, end - start
+            )
             return arrow_readings(file.schema_arrow, name, stored)
 
     return Table(columns=headers, load=load, texts=texts, beside=beside)

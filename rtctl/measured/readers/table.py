@@ -9,6 +9,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.compute
 from numpy.typing import NDArray
 
 from rtctl.measured.readers.groups import Place
@@ -119,11 +120,41 @@ def check_distinct(names: Sequence[str]) -> None:
         raise ValueError(f"two columns have the same name; columns: {', '.join(names)}")
 
 
+class ArrowField(NamedTuple):
+    """A column of Arrow data: a field, or a field of a struct, `x.value`."""
+
+    path: tuple[str, ...]
+    field: pa.Field
+
+
+def arrow_fields(schema: pa.Schema) -> dict[str, ArrowField]:
+    """Return the columns of Arrow data by their names. Raises ValueError where two have the same name."""
+    found: list[tuple[str, ArrowField]] = []
+
+    def add(field: pa.Field, above: tuple[str, ...]) -> None:
+        path = (*above, field.name)
+        if pa.types.is_struct(field.type):
+            for k in range(field.type.num_fields):
+                add(field.type.field(k), path)
+        else:
+            found.append((".".join(path), ArrowField(path, field)))
+
+    for entry in schema:
+        add(entry, ())
+    check_distinct([name for name, _ in found])
+    return dict(found)
+
+
+def arrow_part(pieces: Iterable[pa.Array], path: Sequence[str]) -> Iterator[pa.Array]:
+    """Yield pieces of a column of a struct's field from those of the struct; missing structs have missing fields."""
+    for piece in pieces:
+        yield pa.compute.struct_field(piece, list(path[1:])) if len(path) > 1 else piece
+
+
 def arrow_headers(schema: pa.Schema, rows: int) -> dict[str, Header]:
     """Return the headers of Arrow columns; a field's metadata may state its unit."""
-    check_distinct(schema.names)
     headers = {}
-    for entry in schema:
+    for name, (_, entry) in arrow_fields(schema).items():
         attributes = _texts(entry.metadata or {})
         try:
             packing_of(attributes)
@@ -137,7 +168,7 @@ def arrow_headers(schema: pa.Schema, rows: int) -> dict[str, Header]:
                 "a column for each place in the lists"
             )
         period_s, key = stated_period(attributes, _texts(schema.metadata or {})) or (None, "")
-        headers[entry.name] = Header(
+        headers[name] = Header(
             shape=(rows,), unit=stated_unit(attributes), refusal=refusal,
             unapplied=unapplied(attributes), period_s=period_s, period_key=key,
             start_s=start_s, start_key=start_key, decimation=stated_decimation(attributes),
@@ -153,8 +184,8 @@ def _is_list(kind: pa.DataType) -> bool:
 def arrow_texts(schema: pa.Schema) -> dict[str, str]:
     """Return what metadata say in words: those of the schema and of its fields."""
     found = texts_of(_texts(schema.metadata or {}))
-    for entry in schema:
-        found |= texts_of(_texts(entry.metadata or {}), entry.name)
+    for name, (_, entry) in arrow_fields(schema).items():
+        found |= texts_of(_texts(entry.metadata or {}), name)
     return found
 
 
@@ -165,7 +196,7 @@ def arrow_beside(schema: pa.Schema) -> dict[str, Level]:
 
 def arrow_readings(schema: pa.Schema, name: str, stored: Column) -> Column:
     """Return the readings of stored numbers, unpacked as the field's metadata say."""
-    return unpack(stored, packing_of(_texts(schema.field(name).metadata or {})))
+    return unpack(stored, packing_of(_texts(arrow_fields(schema)[name].field.metadata or {})))
 
 
 def _texts(metadata: Mapping[bytes, bytes]) -> dict[str, str]:

@@ -178,7 +178,7 @@ def _spelled(end: str, base: str) -> str:
 def _votes(base: str) -> dict[str, float]:
     """Return the votes of the words of a name; a whole word outvotes a letter, the last word an earlier one."""
     words = _words(base)
-    whole = _MEANING.get("".join(words)) or _MEANING.get("_".join(words))
+    whole = _MEANING.get("".join(words)) or ("." not in base and _MEANING.get("_".join(words)))
     if whole:
         return {whole: STRONG}
     strong = [(word, _MEANING[word]) for word in words if word in _MEANING]
