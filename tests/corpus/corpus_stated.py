@@ -222,7 +222,7 @@ ELSEWHERE = (
     ),
     *(
         Situation(f"HDF5, a scale of x called {key}", hdf5(UM | {"x": {"units": "mm", key: 0.1}}), Right(remark=f'column "x": the file states {key} = 0.1'))
-        for key in ("c1", "k", "b", "step", "range", "bits", "full_scale", "fsr")
+        for key in ("c1", "k", "b", "step", "range", "bits", "full_scale", "fsr", "norm", "power_of_ten")
     ),
     *(
         Situation(f"MATLAB 5, a scale called {key}", mat(t=T, u=U, x=X, **{key: 0.1}), Right(remark=f"{key} = 0.1"), TIMED)

@@ -91,11 +91,10 @@ def _above(opening: Sequence[NumberedLine], form: Form) -> list[NumberedLine]:
     """Return the lines above the numbers, and numbers below names as lines: `Increment` above 1e-3."""
     lines = opening[: form.head]
     below = [(name, cell) for name, cell in zip(form.names, form.units, strict=False) if is_number(cell)]
+    cells = [cells_of(one.text, form.separator) for one in lines]
     lines = [
-        one._replace(text=f"Sample rate: {one.text}")
-        if is_rate_row(cells_of(one.text, form.separator))
-        else one
-        for one in lines
+        one._replace(text="\t".join(["Sample rate:", *row])) if is_rate_row(row) else one
+        for one, row in zip(lines, cells, strict=True)
     ]
     return [*lines, *(lines[-1]._replace(text=f"{name} = {cell}") for name, cell in below)]
 

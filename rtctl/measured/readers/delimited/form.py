@@ -23,9 +23,9 @@ from rtctl.measured.readers.delimited.names import (
     spaced_names,
     without_mark,
 )
-from rtctl.measured.readers.delimited.words import COMMENTS
+from rtctl.measured.readers.delimited.words import COMMENTS, shown
 from rtctl.measured.readers.stated.preamble import states_rate
-from rtctl.measured.stated_unit import is_common, is_no_unit, readable, stated_amplitude
+from rtctl.measured.stated_unit import is_common, is_no_unit, readable, stated_amplitude, unit_in_name
 
 NAMELESS = "column_"
 """Beginning of the names of columns where no line names them: `column_1`, `column_2`."""
@@ -33,6 +33,8 @@ _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 _THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 _SEP_LINE = re.compile(r'"?sep=(.)"?\s*$', re.IGNORECASE)
 _RATE = re.compile(r"\d[\d.,]*\s*[kM]?(Hz|S/s|Sa/s)")
+_DRAWN = re.compile(r"[#%]|[-=_+|]{2,}")
+"""A line drawn below a name, and a mark in front of it."""
 _TYPES = frozenset(
     [
         "double",
@@ -113,7 +115,22 @@ def _find_form(lines: Sequence[str], borders: Sequence[int]) -> Form:
     if forms:
         return max(forms, key=lambda form: len(form.names))
     spaced = _form_by(lines, start, BLANKS, borders) if len(separators) > 1 else None
+    if spaced is None and len(separators) > 1:
+        _check_names(lines, start)
     return spaced or _plain_form(lines, start, separators)
+
+
+def _check_names(lines: Sequence[str], start: int) -> None:
+    """Raise ValueError where numbers between blanks stand right below a line with fewer names."""
+    layout = _lay_out(lines, start, BLANKS)
+    if layout is None or layout.columns < 2 or layout.first == start:
+        return
+    above = without_mark(lines[layout.first - 1])
+    if len(above.split()) > 1 and not any(separator in above for separator in SEPARATORS):
+        raise ValueError(
+            f'the line above the numbers, "{shown(above)}", does not name each of their {layout.columns} columns: '
+            "write a name for each, with two blanks or more between them"
+        )
 
 
 def _form_by(lines: Sequence[str], start: int, separator: str, borders: Sequence[int]) -> Form | None:
@@ -130,6 +147,7 @@ def _form_by(lines: Sequence[str], start: int, separator: str, borders: Sequence
     if top == first - 1 > start and len(rows[top - 1]) == columns and layout.has_units(rows[top]):
         top -= 1  # names that are numbers, above their units
     head, block = first, rows[top:first]
+    block = _without_comments(block, lines[top:first])
     named = _names_and_units(block, layout) if block else names_above(lines[:first], separator, columns)
     if named is None and first == start and _are_readings(rows[first], layout):
         named = Named([f"{NAMELESS}{k}" for k in range(1, columns + 1)], [])
@@ -154,7 +172,7 @@ def _lay_out(lines: Sequence[str], start: int, separator: str) -> _Layout | None
         return None
     for k in range(start, len(rows)):
         if not any(is_number(cell) for cell in rows[k]):
-            rows[k] = _as_names(lines[k], separator, columns) or rows[k]
+            rows[k] = _as_names(lines[k], separator, columns) or _whole(lines[k], separator) or rows[k]
     for k in range(_below_keys(rows, start, columns, numeric), len(rows)):
         row = rows[k]
         held = sum(is_number(row[one]) or not row[one] for one in numeric) if len(row) == columns else 0
@@ -175,6 +193,13 @@ def _as_names(line: str, separator: str, columns: int) -> list[str] | None:
         return spaced_names(line, columns)
     cells = cells_of(without_mark(line), separator) if not line.startswith(separator) else []
     return cells if len(cells) == columns else None
+
+
+def _whole(line: str, separator: str) -> list[str]:
+    """Return a line of names with units apart from them, which are not as many as the columns, as one cell; [] else."""
+    cells = cells_of(line, separator)
+    units = sum(cell[:1] in ("[", "(") for cell in cells)
+    return [line] if separator == BLANKS and 0 < units < len(cells) else []
 
 
 def _below_keys(rows: list[list[str]], start: int, columns: int, numeric: list[int]) -> int:
@@ -225,9 +250,25 @@ def _names_and_units(block: list[list[str]], layout: _Layout) -> Named:
     return Named(above, below) if _are_units(below) or layout.has_units(below) else Named(below, [])
 
 
+def _without_comments(block: list[list[str]], lines: Sequence[str]) -> list[list[str]]:
+    """Return the lines above the numbers without comments below names that have units."""
+    count = len(block)
+    while (
+        count > 1
+        and lines[count - 1].startswith(COMMENTS)
+        and not lines[count - 2].startswith(COMMENTS)
+        and any(unit_in_name(cell) for cell in block[count - 2])
+        and not any(unit_in_name(cell) for cell in block[count - 1])
+    ):
+        count -= 1
+    return block[:count]
+
+
 def _names_nothing(row: list[str]) -> bool:
-    """Return whether a row below the names says something else of its columns: rates, types, `key=value`."""
+    """Return whether a row below the names says something else of its columns: rates, types, `key=value`, lines."""
     filled = [cell for cell in row if cell]
+    if filled and all(_DRAWN.fullmatch(cell) for cell in filled):
+        return True
     is_one = len(filled) > 1 and len(set(filled)) == 1 and not readable(bare_unit(filled[0]))
     are_types = bool(filled) and all(cell.lower() in _TYPES for cell in filled)
     return is_rate_row(row) or is_one or are_types or (bool(filled) and all("=" in cell for cell in filled))

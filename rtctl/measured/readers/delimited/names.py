@@ -92,23 +92,29 @@ def names_above(lines: Sequence[str], separator: str, columns: int) -> Named | N
     """
     if (numbered := _one_a_line(lines, columns)) is not None:
         return Named(numbered, [])
+    labelled: list[list[str]] = []
+    near: list[list[str]] = []
+    """Cells of the comments right above the numbers, the last ones first."""
     units: list[str] = []
     for k in range(len(lines) - 1, -1, -1):
-        is_comment, text = lines[k].startswith(COMMENTS), without_mark(lines[k].lstrip("#% "))
-        right_above = (
-            is_comment and all(line.startswith(COMMENTS) for line in lines[k:]) and k >= len(lines) - 2
-        )
+        text = without_mark(lines[k].lstrip("#% "))
         label, of_units = _LABEL.match(text), _UNITS_LABEL.match(text)
-        if not (label or of_units or right_above):
+        is_near = k >= len(lines) - 2 and all(line.startswith(COMMENTS) for line in lines[k:])
+        if not (label or of_units or is_near):
             continue
-        found = _split(text[(label or of_units).end() :] if label or of_units else text, separator, columns)  # type: ignore[union-attr]
+        begin = next((one.end() for one in (label, of_units) if one), 0)
+        found = _split(text[begin:], separator, columns)
         if found is None:
             continue
-        if of_units or (not label and not units and _are_units(found)):
+        if of_units or (not label and _are_units(found)):
             units = units or [bare_unit(one) for one in found]
-        elif label or units or k == len(lines) - 1:
-            return Named(found, units)
-    return None
+        elif label:
+            labelled.append(found)
+        else:
+            near.append(found)
+    with_units = [one for one in near if any(unit_in_name(cell) for cell in one)]
+    chosen = next(iter([*with_units, *labelled, *near]), None)
+    return None if chosen is None else Named(chosen, units)
 
 
 def _are_units(cells: Sequence[str]) -> bool:

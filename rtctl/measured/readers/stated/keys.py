@@ -29,12 +29,12 @@ _SCALE_WORDS = frozenset(
 )  # fmt: skip
 _OWN_SCALE_WORDS = frozenset(
     {"resolution", "cal", "probe", "amplification", "ratio", "normalization", "normalisation", "prefix", "exponent",
-     "quantum", "zero", "bias", "tare", "kalibrierfaktor", "umrechnung", "nullpunkt", "poly", "quantization",
-     "quantisation"}
+     "quantum", "zero", "bias", "tare", "kalibrierfaktor", "umrechnung", "nullpunkt", "poly", "norm",
+     "quantization", "quantisation"}
 )  # fmt: skip
 """Words that mean a scale at a column, and other things elsewhere."""
 _COEFFICIENT = re.compile(r"k|[ackp]_?\d", re.IGNORECASE)
-_OWN_COEFFICIENT = re.compile(r"[abckmp](_?\d)?", re.IGNORECASE)
+_OWN_COEFFICIENT = re.compile(r"[abckmp](_?\d)?|power_?of_?(ten|10)", re.IGNORECASE)
 """Letters of a polynomial, of a file and of a column itself: `k`, `c1`, `b`."""
 _DECIMATIONS = ("decimat", "downsampl", "subsampl", "undersampl", "dezim", "unterabtast")
 """Beginnings of words for samples that were left out."""
@@ -102,8 +102,9 @@ def is_scale_key(key: str) -> bool:
 def is_own_scale_key(key: str) -> bool:
     """Return whether a key of a column itself may name a scale: there more words are one than in a group."""
     words = set(words_of(key))
-    is_one = bool(words & _OWN_SCALE_WORDS) or _OWN_COEFFICIENT.fullmatch(key) is not None
-    return is_scale_key(key) or (is_one and not words & _NO_SCALES)
+    if is_scale_key(key) or _OWN_COEFFICIENT.fullmatch(key) is not None:
+        return True
+    return bool(words & _OWN_SCALE_WORDS) and not words & _NO_SCALES
 
 
 def is_decimation_key(key: str) -> bool:
