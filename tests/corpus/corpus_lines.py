@@ -47,7 +47,7 @@ NUMBERS = (
     Situation("numbers of Fortran", text(fortran()), RIGHT),
     Situation("numbers of Fortran in small letters, between blanks", text("t_s u_V x_mm\n" + table(T, U, X, form="{:.8e}", separator=" ").replace("e", "d"), "r.dat"), RIGHT),
     Situation("an exponent of Fortran without its letter", text(fortran().replace("0.00000000D+00", "1.00000000-104", 1)), RIGHT),
-    Situation("exponents of two digits without a letter", text(fortran(letter="")), refused("r.csv", "t [s]", "0.00000000+00", "Correct the cells")),
+    Situation("exponents of two digits without a letter", text(fortran(letter="")), refused("r.csv", "t [s]", "0.00000000+00", "export it as numbers")),
 )  # fmt: skip
 
 IN_UM = table(T, U, 1e3 * X, form="{:.9g}")
@@ -118,6 +118,7 @@ PROGRAMS = (
     Situation("a row of rates in kHz", text("u,x\nV,mm\n1 kHz,1 kHz\n" + table(U, X)), Right(remark="1000 Hz by line 3")),
     Situation("names, units and types in rows", text("t;u;x\ns;V;mm\ndouble;float;float\n" + table(T, U, X, separator=";")), RIGHT),
     Situation("LabVIEW .lvm, channels that begin at different times", text(LATE + table([""] * (ROWS - 4), U[:-4], X[4:], separator="\t"), "r.lvm"), Right(remark="begin at different times (X0)", rows=592, fewest=592, lost=np.arange(4, ROWS - 4)), LETTERS | {"test": "none"}),
+    Situation("LabVIEW .lvm, a comment column and units by channel", text(LATE.replace("0.004", "0.0").replace("V\tmm\t\n", "V\tum\t\n") + table([""] * ROWS, U, 1e3 * X, separator="\t", last="\t"), "r.lvm"), RIGHT, LETTERS),
     Situation("LabVIEW .lvm, half a sample apart", text(LATE.replace("0.004", "0.0045") + table([""] * ROWS, U, X, separator="\t"), "r.lvm"), refused("r.lvm", "X0", "resample"), LETTERS),
     Situation("LabVIEW .lvm, different times and one column of them", text(LATE.replace("X_Columns\tNo", "X_Columns\tOne") + table(T, U, X, separator="\t"), "r.lvm"), Right(remark="share one column of times"), LETTERS),
     Situation("LabVIEW .lvm, steps that differ", text(LATE.replace("Delta_X\t0.001\t0.001", "Delta_X\t0.001\t0.002") + table([""] * ROWS, U, X, separator="\t"), "r.lvm"), refused("r.lvm", "Delta_X", "several rates", "--sample-rate"), LETTERS),

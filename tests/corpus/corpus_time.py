@@ -133,7 +133,7 @@ ONES = (
     Situation("a time that goes back, nothing said", columns(np.concatenate([T[:300], T[:300]])), refused("r.csv", '"t [s]" goes back by 0.299 s after row 299', "divide the file", "--time -")),
     Situation("a time that is too coarse, nothing said", columns(np.floor(20.0 * T) / 20.0), refused("r.csv", '"t [s]" stays the same after row 0', "more digits")),
     Situation("a time without a number in one row", text(HEAD + table(T, U, X).replace("\n0.3,", "\n,")), refused("r.csv", '"t [s]" has no number in row 300', "remove the row")),
-    Situation("a time with a word in one row", text(HEAD + table(T, U, X).replace("\n0.3,", "\nlate,")), refused("r.csv", '"t [s]" holds text', '"late", in row 300', "write the time there")),
+    Situation("a time with a word in one row", text(HEAD + table(T, U, X).replace("\n0.3,", "\nlate,")), refused("r.csv", '"t [s]" holds text', '"late", in row 300', "must be removed")),
     Situation("a date that is none", stamped([*dates("%Y-%m-%dT%H:%M:%S.@")[:-1], "2026-02-30T10:00:00.000"]), refused("r.csv", "time", "2026-"), {"time": "time"}),
     Situation("microseconds in dates", stamped([f"2026-11-21T10:00:00.{k * 1000:06d}" for k in K]), RIGHT),
     Situation("nanoseconds in dates", stamped([f"2026-11-21T10:00:00.{k * 1_000_000:09d}" for k in K]), RIGHT),

@@ -232,7 +232,8 @@ def _about_text(flat: NDArray[Any], name: str, first_row: int) -> str:
     value = "".join(
         one if one.isprintable() else one.encode("unicode_escape").decode() for one in str(flat[bad[0]])[:40]
     )
-    return f'column "{name}" holds text, numbers are needed: "{value}", in {rows_text(bad + first_row)}'
+    remedy = "correct or empty these cells" if 2 * len(bad) < len(flat) else "export it as numbers"
+    return f'column "{name}" holds text, numbers are needed: "{value}", in {rows_text(bad + first_row)}; {remedy}'
 
 
 def _is_number(value: object) -> bool:

@@ -228,6 +228,4 @@ def _remedy(survey: Survey) -> str:
                 parts = f"u = {name}(:,1); x = {name}(:,2); and so on"
                 return f". Save the columns of the matrix apart, in MATLAB: {parts}"
             return f'. Save the columns of "{name}" apart, one array a signal'
-    if any(one.refusal.startswith("holds text") for one in survey.columns.values()):
-        return ". Correct the cells of signals that hold no number, or empty them (their rows are left out)"
     return ""

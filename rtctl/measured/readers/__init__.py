@@ -67,7 +67,7 @@ def open_table(path: Path) -> Table:
     except OSError as error:
         raise ValueError(f"cannot be read: {error.strerror}") from None
     if size == 0:
-        raise ValueError("the file is empty (0 bytes)")
+        raise ValueError("the file is empty (0 bytes); copy or export it again")
     if READERS[suffix] == "csv" and (why := contradiction(path, suffix)):
         raise ValueError(why)
     if suffix in NEEDS:

@@ -41,7 +41,7 @@ def _why_not(column: Column) -> str:
 
 
 def _words_in(column: Column) -> str:
-    return f'the time column "{column.name}" {column.refusal}: write the time there, or remove the row'
+    return f'the time column "{column.name}" {column.refusal}; a row whose time is not known must be removed'
 
 
 def _back(name: str, times: np.ndarray, unit: str, *, is_clock: bool = False) -> str:

@@ -259,5 +259,5 @@ def _unpacked(path: Path) -> bytes:
             f"holds more than {LARGEST_COPY >> 20} MB when it is unpacked; unpack it to a plain file"
         )
     if not copy:
-        raise ValueError("the file is empty (0 bytes)")
+        raise ValueError("the file is empty (0 bytes); copy or export it again")
     return copy

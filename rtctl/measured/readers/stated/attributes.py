@@ -147,7 +147,10 @@ def packing_of(attributes: Mapping[str, Any]) -> Packing:
     def one(keys: tuple[str, ...], default: float) -> float:
         values = stated(*keys)
         if len(values) > 1 or not np.isfinite(values).all():
-            raise ValueError(f"states {' '.join(keys)} = {values.tolist()}, one finite number is needed")
+            raise ValueError(
+                f"states {' '.join(keys)} = {values.tolist()}, one finite number is needed; save each column as one "
+                "of its own, with its own attribute"
+            )
         return float(values[0]) if len(values) else default
 
     fills = [key for key, (_, value) in lower.items() if filled(key, value)]

@@ -36,6 +36,8 @@ from rtctl.measured.readers.whole_file.decimation import decimation_remarks
 _DEEPEST = 3
 """Tables within tables that are looked into."""
 _LONGEST_JSON = 20_000
+NO_CHANNELS = ("X_Value", "Comment")
+"""Columns that LabVIEW writes beside those of its channels."""
 _SAME = 1e-3
 """Relative difference of two periods up to which they are one."""
 _NAMES = ("name", "channel", "column", "label", "id")
@@ -128,7 +130,7 @@ def _as_table(key: str, value: Any, columns: Sequence[str]) -> Any:
     if value and all(isinstance(one, Mapping) for one in value):
         named = {next((str(one[name]) for name in _NAMES if name in one), ""): one for one in value}
         return {name: one for name, one in named.items() if name} or value
-    for names in (columns, columns[1:]):
+    for names in (columns, columns[1:], [one for one in columns if one not in NO_CHANNELS]):
         if is_unit_of_all(key) and len(names) == len(value) > 1:
             return dict(zip(names, value, strict=True))
     return value
