@@ -69,7 +69,7 @@ _SCALE_IN_NAME = re.compile(
     rf"[*×·]\s*(?P<times>{_FACTOR})(?!\w)|(?<![\w.,])(?P<before>{_FACTOR})\s*[*×·](?=\s*[^\W\d])|"
     r"(?:(?<=[\s(\[,])x\s?|_x(?=100))(?P<fold>10+)(?!\w)|(?<![^\W_])(?P<folded>10+)\s?x(?!\w)|"
     rf"(?:(?<=[\w\])])\s?/\s?(?=10+(?!\w))|(?<![^\W_])[^\W\d_]/(?=\d)|(?<![^\W_])div(?:ided)?(?:[\s_]by)?[\s_]?)"
-    rf"(?P<over>{_FACTOR})(?!\w)",
+    rf"(?P<over>{_FACTOR})(?!\w)|(?<![\w:.])1\s?:\s?(?P<ratio>10+)(?![\w:.])",
     re.IGNORECASE,
 )
 """A scale in a name: `x*1000`, `1000*x`, `x (x1000)`, `x/10`, `u_div_2`; a node such as `acc x2` is none."""
@@ -229,7 +229,7 @@ def scale_in_name(name: str) -> NamedScale | None:
     factor = 10.0 ** int(power.strip("^")) if power else float(mantissa.replace(",", "."))
     if factor in (0.0, 1.0):
         return None
-    return NamedScale(found[0].strip(" ([,_"), factor if kind == "over" else 1.0 / factor)
+    return NamedScale(found[0].strip(" ([,_"), factor if kind in ("over", "ratio") else 1.0 / factor)
 
 
 def unit_in_name(name: str) -> str | None:

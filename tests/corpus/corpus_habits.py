@@ -116,7 +116,7 @@ SCALES = (
         Situation(f"a name with a scale, {name}", named(name), refused(*SCALED, name, per_number))
         for name, per_number in (
             ("x*1000 [m]", "0.001 UNIT"), ("1000*x [m]", "0.001 UNIT"), ("x (x1000)", "0.001 UNIT"), ("x [mm] x10", "0.1 UNIT"),
-            ("x [mm*10]", "0.1 UNIT"), ("x/10", "10 UNIT"), ("y/10 [mm]", "10 UNIT"), ("x_div_10 [mm]", "10 UNIT"), ("x · 10^3 [m]", "0.001 UNIT"),
+            ("x [mm*10]", "0.1 UNIT"), ("x/10", "10 UNIT"), ("y/10 [mm]", "10 UNIT"), ("x_div_10 [mm]", "10 UNIT"), ("x · 10^3 [m]", "0.001 UNIT"), ("x (1:10) [mm]", "10 UNIT"),
         )
     ),
     Situation("a name with a scale, and what a number counts", named("x*1000 [m]"), RIGHT, {"scales": "displacement=0.001 m"}),
@@ -124,6 +124,8 @@ SCALES = (
     Situation("a name with a scale, and a unit in a row of its own", text("t,u,x*1000\ns,V,m\n" + table(T, U, X)), refused(*SCALED, "0.001 UNIT")),
     Situation("a time with a scale in its name", text("t*1000 [s],u [V],x [mm]\n" + table(1e3 * T, U, X)), refused("r.csv", 't*1000 [s]', "scale", "--time 't*1000 [s]:UNIT'")),
     Situation("a time with a scale in its name, and its unit", text("t*1000 [s],u [V],x [mm]\n" + table(1e3 * T, U, X)), RIGHT, {"time": "t*1000 [s]:ms"}),
+    Situation("a name and a row of units that contradict each other", text("t [s],u [V],x [um]\ns,V,mm\n" + table(T, U, X)), refused("r.csv", "x [um]", 'states "mm", its name "um"', "--output")),
+    Situation("a name and a row of units that agree", text("t [s],u [V],x [mm]\nsec,Volt,millimeter\n" + table(T, U, X)), RIGHT),
     *(Situation(f"a name with a number that is no scale, {name}", named(name), RIGHT) for name in ("x2 [mm]", "x10 [mm]", "pos 10 [mm]", "CH1/2 [mm]", "x*1 [mm]")),
     Situation("HDF5, a column 10 of a group x", made("r.h5", in_groups), RIGHT, {"outputs": {"displacement": "x/10"}}),
 )  # fmt: skip

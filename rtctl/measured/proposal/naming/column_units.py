@@ -17,7 +17,7 @@ from rtctl.measured.stated_unit import (
     scale_in_name,
     stated_amplitude,
 )
-from rtctl.measured.units import check_unit, is_proportional
+from rtctl.measured.units import check_unit, is_proportional, same_unit
 
 UNIT_VOTE = 3.0
 """Vote of a unit for the quantity that is measured in it: above a letter's, below a word's."""
@@ -143,9 +143,17 @@ def _unit(column: Column, name: Name) -> Unit:
     found = _chosen(unit_meanings(text), wanted)
     if not found:
         return Unit("", "", f"{source}, which is no known unit")
+    if source.startswith("the file") and name.habit == "in brackets" and not _agree(found, name.unit):
+        return Unit("", "", f'{source}, its name "{name.unit}"')
     if found == "g_0" and is_weight(column.label or column.name):
         return Unit("", "", f"{source}, which may be grams, gram-force or gravity")
     return Unit(found, source, _two_meanings(text, found))
+
+
+def _agree(unit: str, named: str) -> bool:
+    """Return whether a readable unit is one meaning of the unit in a name, or that has none."""
+    meant = unit_meanings(named)
+    return not meant or any(same_unit(unit, one) for one in meant)
 
 
 def _of_amplitudes(amplitude: AmplitudeUnit, source: str) -> Unit:
