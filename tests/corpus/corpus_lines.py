@@ -20,7 +20,7 @@ def fortran(form: str = "{:.8E}", letter: str = "D") -> str:
 
 
 BELOW = (
-    Situation("comments at the end, with the mark of the preamble", text("! run 5\n" + PLAIN + "! end\n! of data\n"), Right(remark="2 comments below")),
+    Situation("comments at the end, with the mark of the preamble", text("! run 5\n" + PLAIN + "! end\n! of data\n"), Right(remark='2 comments below the numbers left out, "! end" first')),
     Situation("a comment at the end with as many cells as a row", text(PLAIN + "# mean,0.1,0.2\n"), ONE_COMMENT),
     Situation("a comment at the end without line end", text(PLAIN + "# end"), ONE_COMMENT),
     Situation("a comment at the end between blanks", text("# t_s u_V x_mm\n" + ALIGNED + "# data end\n", "r.dat"), ONE_COMMENT),

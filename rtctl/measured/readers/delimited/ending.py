@@ -45,7 +45,8 @@ def find_ending(text: Text, form: Form, rows: int, above: Collection[str] = ()) 
         ValueError: Lines of words stand below the numbers.
     """
     lines = text.tail().splitlines(keepends=True)
-    comments, empty, cut_bytes = _pop_comments(lines, form, rows, _marks(above, form.separator))
+    below, empty, cut_bytes = _pop_comments(lines, form, rows, _marks(above, form.separator))
+    comments = len(below)
     lines = [line for line in lines if line.strip()][-(_NEIGHBOURS + 1) :]
     left = rows - comments - empty
     last = [line.decode("latin-1").rstrip("\r\n") for line in lines[-left:]] if left > 0 else []
@@ -53,9 +54,7 @@ def find_ending(text: Text, form: Form, rows: int, above: Collection[str] = ()) 
     why = "" if has_end or not last else _cut_off([cells_of(line, form.separator) for line in last], form)
     remarks = [
         f"{empty} empty {'row' if empty == 1 else 'rows'} at the end left out" if empty else "",
-        f"{comments} {'comment' if comments == 1 else 'comments'} below the numbers left out"
-        if comments
-        else "",
+        _about_comments(below),
     ]
     if not why:
         _check_words(text, last, form, below=comments + empty)
@@ -71,30 +70,41 @@ def _marks(above: Collection[str], separator: str) -> tuple[str, ...]:
     return (*COMMENTS, *dict.fromkeys(found))
 
 
-def _pop_comments(lines: list[bytes], form: Form, rows: int, marks: tuple[str, ...]) -> tuple[int, int, int]:
+def _pop_comments(
+    lines: list[bytes], form: Form, rows: int, marks: tuple[str, ...]
+) -> tuple[list[str], int, int]:
     """Take comments and empty rows from the end of lines.
 
     Returns:
-        Number of comments, number of empty rows, and bytes from the first comment on; all 0 where every row begins so.
+        Comments, the last one first, number of empty rows, and bytes from the first comment on; none of them where
+        every row begins so.
     """
-    whole = list(lines)
-    comments = empty = popped = cut_bytes = 0
-    while lines and comments + empty < rows:
+    whole, comments = list(lines), list[str]()
+    empty = popped = cut_bytes = 0
+    while lines and len(comments) + empty < rows:
         words = lines[-1].decode("latin-1").rstrip("\r\n")
         first = next(iter(cells_of(words, form.separator)), "")
         is_comment = words.lstrip().startswith(marks) and not is_gap(first)
         if words and not words.strip(f"{form.separator} \t"):
             empty += 1
         elif is_comment:
-            comments += 1
+            comments.append(words)
         elif words.strip():
             break
         popped += len(lines.pop())
         cut_bytes = popped if is_comment else cut_bytes
-    if comments > _NEIGHBOURS or (comments and comments + empty == rows):  # the labels of rows: #1, #2
+    if len(comments) > _NEIGHBOURS or (comments and len(comments) + empty == rows):  # labels of rows: #1, #2
         lines[:] = whole
-        return 0, 0, 0
+        return [], 0, 0
     return comments, empty, cut_bytes
+
+
+def _about_comments(comments: Sequence[str]) -> str:
+    """Return what is told of comments below the numbers, which may say something of these; "": there are none."""
+    if not comments:
+        return ""
+    count = "1 comment" if len(comments) == 1 else f"{len(comments)} comments"
+    return f'{count} below the numbers left out, "{shown(comments[-1])}"{" first" * (len(comments) > 1)}'
 
 
 def _check_words(text: Text, last: Sequence[str], form: Form, below: int) -> None:

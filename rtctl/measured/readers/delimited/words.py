@@ -19,6 +19,8 @@ _SPREADSHEET_ERROR = re.compile(r"#(N/?A|NULL|VALUE|DIV/0|REF|NAME|NUM)[!?]?", r
 COMMENTS = ("#", "%")
 """Marks of comments."""
 _SHOWN = 40
+_LOOKED_AT = 1000
+"""Cells by which a column of text is told from one of numbers with some text."""
 
 
 @cache
@@ -43,6 +45,9 @@ def of_words(cells: NDArray[Any], names: Sequence[str], first_row: int) -> NDArr
     Raises:
         ValueError: Among numbers stands the name of a column, as where a second table begins, or a comment.
     """
+    first = [cell for cell in cells[:_LOOKED_AT] if cell]
+    if 2 * sum(_FORTRAN.fullmatch(str(cell)) is None for cell in first) > len(first):
+        return cells  # dates, words: not worth a look at each of many
     found = [None if cell is None or cell == "" else _FORTRAN.fullmatch(str(cell)) for cell in cells]
     wrong = [k for k, one in enumerate(found) if one is None and not is_gap(str(cells[k] or ""))]
     if 2 * len(wrong) > len(cells):
