@@ -240,3 +240,17 @@ def test_without_a_terminal_the_guesses_are_taken_and_that_is_told(
     for words, told in (([], True), (["--yes"], False), (["--quiet"], False), (["--json"], False)):
         assert main(["init", str(path), "--no-plot", "--force", *words]) == 0
         assert ("nothing is asked" in capsys.readouterr().err) == told
+
+
+def test_the_question_about_a_unit_tells_of_a_scale_in_the_name(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = write_text(tmp_path / "r.csv", "t [s],u [V],x*1000 [m]\n", M.t, M.u, 1e3 * M.x)
+    prompts, found = asked(
+        path, ["", "", "", "um"], Answers(plant="oscillator", time="t [s]", test="none", hold="linear")
+    )
+    told = " ".join([*prompts, capsys.readouterr().out])
+    assert 'In which unit is "x*1000 [m]"?' in told
+    assert "the scale in its name" in told
+    assert "--scale 'displacement=0.001 UNIT'" in told
+    assert found.dataset.units["displacement"] in ("mm", "um")

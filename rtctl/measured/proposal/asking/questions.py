@@ -178,7 +178,7 @@ def _about_signal(proposal: Proposal, name: str, role: str, columns: Mapping[str
         column = guess.column
         questions.append(Question(
             key=f"unit.{name}", text=f'In which unit is "{column}"?', default=as_written(guess.unit),
-            why=_why_unit(guess),
+            why=_why_unit(guess), details=_doubts_about(proposal, f"unit.{name}"),
             settle=lambda answers, said: _with_signal(
                 answers, role, name, column, _unit(said, name, swept=proposal.time.is_frequency)
             ),
@@ -191,6 +191,13 @@ def _about_signal(proposal: Proposal, name: str, role: str, columns: Mapping[str
             settle=lambda answers, said: replace(answers, hold=said),
         ))  # fmt: skip
     return questions
+
+
+def _doubts_about(proposal: Proposal, key: str) -> tuple[str, ...]:
+    """Return why something must be asked, with the option that settles it otherwise."""
+    return tuple(
+        f"{one.text}: {one.option}" for one in proposal.opens if one.key == key and " or " in one.option
+    )
 
 
 def _why_unit(guess: SignalGuess) -> str:
