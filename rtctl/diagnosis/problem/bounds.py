@@ -11,6 +11,8 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.mechanisms import Parameter
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.problem.problem import Problem
+from rtctl.identification.fit_record import FitRecord, response_of
+from rtctl.identification.integrated_motion import integrate_motion
 from rtctl.identification.simulation_error.sensitivity import Sensitivity
 
 
@@ -65,7 +67,8 @@ def exceeds_record_bounds(problem: Problem, sensitivity: Sensitivity, per_record
 def places_of_motion(declared: Parameter, problem: Problem, form: str) -> list[float]:
     """Return the quantiles of the measured displacement that a place of the motion declares for `form`, in its unit.
 
-    Where the displacement was not measured, they are those of a normal distribution of its size about zero.
+    Where only a velocity or an acceleration was measured, they are those of its integral about zero; where neither was,
+    those of a normal distribution.
     """
     return _quantiles(declared, problem, _levels_of(declared, form))
 
@@ -81,7 +84,9 @@ def _place_bounds(declared: Parameter, problem: Problem, form: str) -> tuple[flo
         1.0 if max(levels) > 1.0 - margin else max(levels),
     )
     least, most = _quantiles(declared, problem, ends)
-    return least, most
+    measured = any("displacement" in record.measured for record in problem.records)
+    beyond = 1.0 if measured else problem.thresholds.problem.beyond_integrated
+    return least * (beyond if ends[0] == 0.0 else 1.0), most * (beyond if ends[1] == 1.0 else 1.0)
 
 
 def _levels_of(declared: Parameter, form: str) -> Sequence[float]:
@@ -90,13 +95,22 @@ def _levels_of(declared: Parameter, form: str) -> Sequence[float]:
 
 
 def _quantiles(declared: Parameter, problem: Problem, levels: Sequence[float]) -> list[float]:
-    name = "displacement"
-    read = [record.measured[name][record.first :] for record in problem.records if name in record.measured]
+    read = [_displacement(record, problem.scales.rate) for record in problem.records]
+    read = [values for values in read if len(values)]
     if not read:
         size, far = abs(float(declared.scale(problem.scales))), problem.thresholds.problem.farthest_quantile
         return [size * NormalDist().inv_cdf(min(max(level, far), 1.0 - far)) for level in levels]
     found: list[float] = np.quantile(np.concatenate(read), levels).tolist()
     return found
+
+
+def _displacement(record: FitRecord, rate: float) -> FloatArray:
+    """Return the displacement that was measured and is scored, or that another reading shows; of a sweep none."""
+    if "displacement" in record.measured:
+        return record.measured["displacement"][record.first :]
+    if "frequency" in record.stimulus.inputs or not record.measured:
+        return np.empty(0)
+    return integrate_motion(record, response_of([record]), rate)
 
 
 def lowest_frequency(declared: Parameter, problem: Problem) -> float:

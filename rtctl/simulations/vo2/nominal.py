@@ -31,7 +31,7 @@ AT_REST = ("heater.tcr", "thermal.nonlinear_loss")
 """Mechanisms that change how far a current heats at rest, as a gain and an offset of the current do."""
 
 
-OF_READING = ("sensor.crosstalk",)
+OF_READING = ("sensor.crosstalk", "sensor.ageing")
 """Mechanisms that change what the resistance reads at rest, as a gain and an offset of it do."""
 
 
