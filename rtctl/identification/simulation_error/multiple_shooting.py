@@ -36,6 +36,8 @@ from rtctl.identification.simulation_error.sensitivity import Sensitivity
 
 MIN_SEGMENT_SAMPLES = 8
 """Samples below which a segment hardly determines its own state."""
+MOST_SCREENED = 256
+"""Segments by which several starts are compared: so many tell one minimum from another, however long the records."""
 STATE_ITERATIONS = 8
 MAX_RESIDUAL_GROWTH = 1.05
 """Ratio of residuals above which the continuity is too strict for this model."""
@@ -113,20 +115,35 @@ def cut_segments(record: FitRecord, simulation: Simulation, length_s: float, wid
 
 
 def _fit_unjoined(cost: SegmentCost, starts: Sequence[FloatArray], options: FitOptions) -> Minimum:
-    """Fit the segments without continuity from each start, and return the best. Raises FitError."""
+    """Fit the segments without continuity from each start, and return the best.
+
+    Several starts are compared by some of many segments, spread over the records; the best one is then fitted to all.
+
+    Raises:
+        FitError: A segment diverges from every start.
+    """
     low, high = cost.sensitivity.bounds
-    reached = []
-    for start in starts:
-        shared = np.clip(start[cost.sensitivity.free] / cost.sensitivity.scale, low, high)
-        states = fit_segment_states(cost, cost.start(shared))
-        found = minimise(cost.equations, states, low, high, iterations=options.screening_iterations)
-        if found is not None:
-            reached.append(found)
-    if not reached:
+
+    def fit(some: SegmentCost, shared: FloatArray) -> Minimum | None:
+        states = fit_segment_states(some, some.start(shared))
+        return minimise(some.equations, states, low, high, iterations=options.screening_iterations)
+
+    begin = [np.clip(start[cost.sensitivity.free] / cost.sensitivity.scale, low, high) for start in starts]
+    count = len(cost.segments)
+    if len(starts) > 1 and count > MOST_SCREENED:
+        places = np.linspace(0, count - 1, MOST_SCREENED).round().astype(int).tolist()
+        some = cost.with_changes(segments=[cost.segments[k] for k in places])
+        screened = [found for shared in begin if (found := fit(some, shared)) is not None]
+        begin = [found.unknowns.shared for found in sorted(screened, key=lambda found: found.equations.cost)]
+        reached = next((found for shared in begin if (found := fit(cost, shared)) is not None), None)
+    else:
+        every = [found for shared in begin if (found := fit(cost, shared)) is not None]
+        reached = min(every, key=lambda found: found.equations.cost, default=None)
+    if reached is None:
         raise FitError(
             f"the model diverges within a segment from each of {len(starts)} starts; give a start model by --model"
         )
-    return min(reached, key=lambda found: found.equations.cost)
+    return reached
 
 
 def fit_segment_states(cost: SegmentCost, unknowns: Unknowns, least_gain: float = 0.0) -> Unknowns:
