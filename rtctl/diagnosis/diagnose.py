@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
+from rtctl.border.errors import RunError
 from rtctl.border.motion import with_displacement
 from rtctl.border.simulation import Simulation
 from rtctl.border.work import metered
@@ -35,8 +36,9 @@ from rtctl.diagnosis.screening.excitation_checks import note_few_periods
 from rtctl.diagnosis.screening.screen import screen_dataset
 from rtctl.diagnosis.screening.steps import list_fitted, without_steps
 from rtctl.diagnosis.search.catalogue_search import find_causes
-from rtctl.diagnosis.search.discarded_evidence import restore_evidence
 from rtctl.diagnosis.search.outcome import SearchResult
+from rtctl.diagnosis.search.record_parts.discarded_evidence import restore_evidence
+from rtctl.diagnosis.search.record_parts.longer_parts import Searched, search_longer_parts
 from rtctl.diagnosis.search.request import DiagnosisOptions, SearchRequest
 from rtctl.diagnosis.search.stepwise import significance_level
 from rtctl.diagnosis.verification.loop_model import model_for_loop
@@ -52,6 +54,50 @@ from rtctl.diagnosis.verification.whole_record_fits import (
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.simulation_error.output_error import open_thread_pool
 from rtctl.measured.dataset import Dataset
+
+
+class _Question(NamedTuple):
+    """What is asked of the records, whatever part of them is searched."""
+
+    dataset: Dataset
+    model: Any
+    whole: Problem
+    """Screened records."""
+    tests: tuple[FitRecord, ...]
+    ids: Sequence[str]
+    options: DiagnosisOptions
+    report: Callable[[str], None]
+    promised: Mapping[str, float]
+    """RMS misfit by output that the model's identification promises."""
+
+    def fit(self, simulation: Simulation) -> NominalFit:
+        """Fit a nominal model, and choose the parts that it can be judged by. Raises RunError."""
+        first = fit_nominal(self.whole, simulation, self.report)
+        return restore_evidence(first, self.ids, self.options.false_claim_rate)
+
+    def allow(self, first: NominalFit) -> Problem:
+        """Return the parts with the misfit that is allowed."""
+        return allow_misfit(first.problem, self.promised)
+
+    def search(self, first: NominalFit, budget: WorkBudget) -> Searched:
+        """Search the catalogue in the parts."""
+        tests, judged, cut = _cut_tests(self.whole, first, self.tests)
+        request = SearchRequest(
+            self.allow(first), first.nominal, self.model, self.dataset, judged, self.ids, self.options, budget,
+            self.report,
+        )  # fmt: skip
+        found = find_causes(request, whole=first.uncut)
+        if first.uncut:
+            return Searched(first, request, search_without_refuted(request, found), cut)
+        return Searched(first, request, found._replace(tests=tests), cut)
+
+    def fit_further(self, extended: Simulation) -> NominalFit | None:
+        """Fit a model with causes that were found, as far as it follows; None where it cannot be fitted."""
+        self.report("the records as far as the model follows with what was found")
+        try:
+            return self.fit(extended)
+        except RunError:
+            return None
 
 
 @metered()
@@ -90,20 +136,20 @@ def diagnose(
             cancellation=options.cancellation,
         )  # fmt: skip
         fitted = list_fitted(simulation, ids)
-        nominal = fit_nominal(problem, data.simulation, report)
-        first = restore_evidence(nominal, fitted, options.false_claim_rate)
-        whole_tests, (tests, judged, cut) = tests, _cut_tests(problem, first, tests)
-        notes = (*notes, *cut, *subject.describe_screened(data.simulation))
-        problem = allow_misfit(first.problem, subject.stated_misfit(model, dataset))
-        budget = tell_time(problem, first.nominal, budget, report)
-        request = SearchRequest(
-            problem, first.nominal, model, dataset, judged, fitted, options, budget, report
+        asked = _Question(
+            dataset, model, problem, tests, fitted, options, report, subject.stated_misfit(model, dataset)
         )
-        found = find_causes(request, whole=first.uncut)
-        found = search_without_refuted(request, found) if first.uncut else found
-        search = found.result
-        tests = found.tests if first.uncut else tests
-        request = request._replace(problem=search.refined_problem or problem, tests=tests)
+        first = asked.fit(data.simulation)
+        budget = tell_time(asked.allow(first), first.nominal, budget, report)
+        searched = search_longer_parts(
+            asked.search(first, budget),
+            asked.fit_further,
+            lambda parts: asked.search(parts, budget.for_longer_parts()),
+        )
+        first, request, found, cut = searched
+        notes = (*notes, *cut, *subject.describe_screened(data.simulation))
+        search, whole_tests, tests = found.result, tests, found.tests
+        request = request._replace(problem=search.refined_problem or request.problem, tests=tests)
         whole = fit_whole_records(first, request.problem, search)
         units = dict(subject.output_units) | with_displacement(dataset.units)
         holdout = HoldoutData(tests, units, search.chosen, problem.scales.rate)

@@ -21,7 +21,7 @@ def answer(folder: Path, gain_of_test: float) -> dict[str, object]:
 
 def test_a_cause_of_the_parts_explains_a_test_record_that_agrees(tmp_path: Path) -> None:
     found = answer(tmp_path, 1.0)
-    assert any("judged by" in note and "initial part" in note for note in found["warnings"])
+    assert any("drive.delay the model follows" in note for note in found["warnings"]), "parts came first"
     assert found["verdict"] == "explained"
 
 

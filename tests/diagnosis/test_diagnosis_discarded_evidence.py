@@ -13,7 +13,7 @@ from rtctl.diagnosis.nominal_fit.nominal_fit import NominalFit, fit_nominal
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subjects import subject_of
-from rtctl.diagnosis.search.discarded_evidence import misses_more_beyond, restore_evidence
+from rtctl.diagnosis.search.record_parts.discarded_evidence import misses_more_beyond, restore_evidence
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
 

@@ -82,6 +82,10 @@ class WorkBudget:
         least, after = self.thresholds.least_comparison, self.thresholds.overrun
         return self.restarted(min(steps, max(least, self.left + after)))
 
+    def for_longer_parts(self) -> WorkBudget:
+        """Return the budget of a search that goes on where another one ended; of no more than that one had."""
+        return self.restarted(min(self.steps, self.thresholds.longer_parts))
+
     def restarted(self, steps: float) -> WorkBudget:
         """Return a budget of `steps` from now on, on the same meter and behind the same guard."""
         return replace(self, steps=steps, started_at=self.counted())

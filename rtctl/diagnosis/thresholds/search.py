@@ -33,6 +33,10 @@ class SearchThresholds:
     """Number of other single causes that test records do not tell from the largest part of an explanation, up to which
     it is named beside them: with more it is no name."""
 
+    longer_parts: float = 1.2
+    """Ratio of samples, above which a search goes on in the longer parts that a model follows with causes that explain
+    shorter ones: less has nothing in it that was not seen."""
+
     # Forward selection: how sets grow.
     largest_set: int = 6
     """Number of causes of the largest set that is tried."""

@@ -1,0 +1,100 @@
+"""Where initial parts of records are explained: the model that explains them follows the records further.
+
+Records are cut where the nominal model takes another course. A delay does that early, and a stop that the motion
+reaches later is then in no part. With the delay the model follows up to the stop and beyond: the search goes on there,
+from the model with the causes that were found.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from rtctl.border.simulation import Simulation
+from rtctl.diagnosis.nominal_fit.nominal_fit import NominalFit
+from rtctl.diagnosis.problem.fit import fit_hypothesis
+from rtctl.diagnosis.residual.residual_tests import run_residual_tests
+from rtctl.diagnosis.search.elimination.backward_elimination import refit_without_each
+from rtctl.diagnosis.search.request import FoundCauses, SearchRequest
+
+FURTHER = (
+    "with {} the model follows {} samples of the records instead of {}: the search went on there, from the model with "
+    "that"
+)
+
+
+class Searched(NamedTuple):
+    """A search in parts of the records: the fit that chose the parts, what was asked, what was found."""
+
+    first: NominalFit
+    """The re-fitted nominal model, and the parts."""
+    request: SearchRequest
+    found: FoundCauses
+    cut: tuple[str, ...] = ()
+    """What is said of test records that are judged in part."""
+
+
+def search_longer_parts(
+    searched: Searched,
+    fit: Callable[[Simulation], NominalFit | None],
+    search: Callable[[NominalFit], Searched],
+) -> Searched:
+    """Return what a search in longer parts finds beside causes that explain shorter ones; else what was found.
+
+    Args:
+        searched: Search in initial parts.
+        fit: Fits a model and chooses the parts that it follows; None where it cannot be fitted.
+        search: Searches the catalogue in the parts of such a fit.
+    """
+    limits = searched.request.problem.thresholds.search
+    while _explains_parts(searched) and not searched.request.budget.cut_by_clock:
+        first = fit(searched.found.result.chosen.hypothesis.simulation)
+        if first is None or first.problem.samples <= limits.longer_parts * searched.first.problem.samples:
+            break
+        longer = search(first)
+        if longer.found.cancelled:
+            return searched._replace(found=searched.found._replace(cancelled=True))
+        joined = _joined(searched, longer)
+        if joined is None:
+            break
+        searched = joined
+    return searched
+
+
+def _explains_parts(searched: Searched) -> bool:
+    """Return whether initial parts alone were searched, and causes explain them."""
+    result, first = searched.found.result, searched.first
+    is_nominal = result.chosen.hypothesis.mechanisms == result.nominal.hypothesis.mechanisms
+    is_part = first.uncut or first.in_strokes or result.hysteresis_refit is not None
+    return result.passes and not (is_nominal or is_part or searched.found.cancelled)
+
+
+def _joined(before: Searched, longer: Searched) -> Searched | None:
+    """Return the search in longer parts as one of the nominal model, with the causes of both; None without support.
+
+    Where longer parts need no more causes, they determine the same ones better.
+    """
+    first, outcome = before.found.result, longer.found.result
+    chosen, ids = outcome.chosen.hypothesis, before.request.ids
+    if not outcome.passes:
+        return None
+    problem, nominal = outcome.refined_problem or longer.request.problem, first.nominal.hypothesis
+    fixed = nominal.fixed_parameters
+    refitted = fit_hypothesis(problem, nominal.simulation, nominal.mechanisms, fixed_parameters=fixed)
+    if refitted is None:
+        return None
+    known = len(first.chosen.hypothesis.mechanisms) - len(nominal.mechanisms)
+    names = ", ".join(first.chosen.hypothesis.mechanisms[len(nominal.mechanisms) :])
+    result = outcome._replace(
+        nominal=run_residual_tests(refitted, problem, ids),
+        rankings=(*first.rankings[:known], *outcome.rankings),
+        leave_one_out=refit_without_each(problem, refitted, chosen),
+    )
+    note = FURTHER.format(names, longer.first.problem.samples, before.first.problem.samples)
+    notes = [*before.found.notes, note, *longer.found.notes]
+    return Searched(
+        longer.first._replace(whole=before.first.whole),
+        longer.request._replace(nominal=refitted),
+        longer.found._replace(result=result, notes=notes),
+        longer.cut,
+    )
