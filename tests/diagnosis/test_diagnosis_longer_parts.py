@@ -7,14 +7,21 @@ from typing import Any
 
 import numpy as np
 import pytest
-from diagnosis_cases import answer_to, device, measured, noise_drive
+from diagnosis_cases import UNITS, FloatArray, answer_to, device, measured, noise_drive, write_case
+
+from rtctl.diagnosis.diagnose import diagnose
+from rtctl.diagnosis.problem.cancellation import CancellationToken
+from rtctl.diagnosis.search.request import DiagnosisOptions
+from rtctl.measured import read_dataset
+from rtctl.models.oscillator import read_oscillator_model
+from rtctl.wiring_models import build_simulation
 
 SAMPLES, SOFT = 3000, 1500
 LATE_S, PLACE_MM, STIFFNESS = 5e-3, 1.2, 6e4
 IDS = "timing.skew,stop.one_sided,stiffness.cubic,damping.quadratic,drive.lag"
 
 
-def answer(folder: Path, later: float) -> dict[str, Any]:
+def records(later: float) -> list[tuple[FloatArray, FloatArray, str]]:
     """Records that are read late; from their middle on the drive is larger, and the motion reaches a stop."""
     skew = {"id": "timing.skew", "parameters": {"late": {"value": LATE_S, "unit": "s"}}}
     stop = {
@@ -29,7 +36,12 @@ def answer(folder: Path, later: float) -> dict[str, Any]:
         (grows * noise_drive(seed, 2.0, SAMPLES), use) for seed, use in ((1, "fit"), (2, "fit"), (3, "test"))
     ]
     assert np.abs(measured(device(damping=(4.0, "1/s")), drives[0][0], 0.0)[:SOFT]).max() < PLACE_MM
-    return answer_to(folder, [(drive, measured(hidden, drive), use) for drive, use in drives], IDS)
+    return [(drive, measured(hidden, drive), use) for drive, use in drives]
+
+
+def answer(folder: Path, later: float) -> dict[str, Any]:
+    """The diagnosis of such records."""
+    return answer_to(folder, records(later), IDS)
 
 
 def test_a_stop_behind_late_readings_is_found_where_the_model_follows_with_them(tmp_path: Path) -> None:
@@ -50,3 +62,19 @@ def test_longer_parts_that_need_no_more_causes_determine_the_same_ones(tmp_path:
     assert found["verdict"] == "explained"
     assert [cause["id"] for cause in found["causes"]] == ["timing.skew"]
     assert found["gain"]["ratio_low"] > 20.0
+
+
+def test_one_may_stop_while_the_model_is_followed_further(tmp_path: Path) -> None:
+    manifest, token = write_case(tmp_path, records(3.0)), CancellationToken()
+
+    def report(text: str) -> None:
+        if text.startswith("the records as far as the model follows"):
+            token.cancel()
+
+    data, model = read_dataset(manifest), read_oscillator_model(tmp_path / "model.toml")
+    options = DiagnosisOptions(threads=1, cancellation=token)
+    found = diagnose(
+        data, model, build_simulation(model, UNITS, "model.toml"), IDS.split(","), options, report
+    )
+    assert found.stopped
+    assert [cause.id for cause in found.causes] == ["timing.skew"]

@@ -49,6 +49,8 @@ def search_longer_parts(
     limits = searched.request.problem.thresholds.search
     while _explains_parts(searched) and not searched.request.budget.cut_by_clock:
         first = fit(searched.found.result.chosen.hypothesis.simulation)
+        if searched.request.problem.cancellation.cancelled:
+            return searched._replace(found=searched.found._replace(cancelled=True))
         if first is None or first.problem.samples <= limits.longer_parts * searched.first.problem.samples:
             break
         longer = search(first)
