@@ -33,8 +33,8 @@ _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 _THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 _SEP_LINE = re.compile(r'"?sep=(.)"?\s*$', re.IGNORECASE)
 _RATE = re.compile(r"\d[\d.,]*\s*[kM]?(Hz|S/s|Sa/s)")
-_DRAWN = re.compile(r"[#%]|[-=_+|]{2,}")
-"""A line drawn below a name, and a mark in front of it."""
+_DRAWN = re.compile(r"[#%]|[#%]?[-=_+|]{2,}")
+"""A line drawn below names, and a mark in front of it."""
 _TYPES = frozenset(
     [
         "double",
@@ -147,10 +147,13 @@ def _form_by(lines: Sequence[str], start: int, separator: str, borders: Sequence
     if top == first - 1 > start and len(rows[top - 1]) == columns and layout.has_units(rows[top]):
         top -= 1  # names that are numbers, above their units
     head, block = first, rows[top:first]
-    block = _without_comments(block, lines[top:first])
+    block = [row for row in _without_comments(block, lines[top:first]) if not _is_drawn(row)]
     named = _names_and_units(block, layout) if block else names_above(lines[:first], separator, columns)
-    if named is None and first == start and _are_readings(rows[first], layout):
-        named = Named([f"{NAMELESS}{k}" for k in range(1, columns + 1)], [])
+    nameless = [f"{NAMELESS}{k}" for k in range(1, columns + 1)]
+    if named is not None and not named.names:
+        named = named._replace(names=nameless)
+    elif named is None and first == start and _are_readings(rows[first], layout):
+        named = Named(nameless, [])
     elif named is None:
         if first > start or all(is_number(cell) for cell in rows[first] if cell) or len(rows) < first + 2:
             return None
@@ -172,7 +175,10 @@ def _lay_out(lines: Sequence[str], start: int, separator: str) -> _Layout | None
         return None
     for k in range(start, len(rows)):
         if not any(is_number(cell) for cell in rows[k]):
-            rows[k] = _as_names(lines[k], separator, columns) or _whole(lines[k], separator) or rows[k]
+            drawn = [lines[k]] * columns if _DRAWN.fullmatch("".join(lines[k].split())) else None
+            rows[k] = (
+                drawn or _as_names(lines[k], separator, columns) or _whole(lines[k], separator) or rows[k]
+            )
     for k in range(_below_keys(rows, start, columns, numeric), len(rows)):
         row = rows[k]
         held = sum(is_number(row[one]) or not row[one] for one in numeric) if len(row) == columns else 0
@@ -240,14 +246,18 @@ def _is_numeric(cells: list[str]) -> bool:
 
 def _names_and_units(block: list[list[str]], layout: _Layout) -> Named:
     """Return the names and the units of the last lines above the numbers, mostly in this order; no units: none."""
-    while len(block) > 1 and _names_nothing(block[-1]):
+    while len(block) > 1:
+        if not _names_nothing(block[-1]) and not (_says_one(block[-1]) and _has_units(block[-2])):
+            break
         block = block[:-1]
     if len(block) < 2:
         return Named(block[-1], [])
     above, below = block[-2], block[-1]
     if all(readable(bare_unit(cell)) for cell in above) and _common_units(above) > _common_units(below):
         return Named(below, above)
-    return Named(above, below) if _are_units(below) or layout.has_units(below) else Named(below, [])
+    if _are_units(below) or layout.has_units(below) or _says_one(below):
+        return Named(above, below)
+    return Named(below, [])
 
 
 def _without_comments(block: list[list[str]], lines: Sequence[str]) -> list[list[str]]:
@@ -267,11 +277,24 @@ def _without_comments(block: list[list[str]], lines: Sequence[str]) -> list[list
 def _names_nothing(row: list[str]) -> bool:
     """Return whether a row below the names says something else of its columns: rates, types, `key=value`, lines."""
     filled = [cell for cell in row if cell]
-    if filled and all(_DRAWN.fullmatch(cell) for cell in filled):
-        return True
-    is_one = len(filled) > 1 and len(set(filled)) == 1 and not readable(bare_unit(filled[0]))
     are_types = bool(filled) and all(cell.lower() in _TYPES for cell in filled)
-    return is_rate_row(row) or is_one or are_types or (bool(filled) and all("=" in cell for cell in filled))
+    return is_rate_row(row) or are_types or (bool(filled) and all("=" in cell for cell in filled))
+
+
+def _is_drawn(row: list[str]) -> bool:
+    filled = ["".join(cell.split()) for cell in row if cell]
+    return bool(filled) and all(_DRAWN.fullmatch(cell) for cell in filled)
+
+
+def _says_one(row: list[str]) -> bool:
+    """Return whether a row says one thing of all columns, and no unit: `run1`, `digits`."""
+    filled = [cell for cell in row if cell]
+    return len(filled) > 1 and len(set(filled)) == 1 and not readable(bare_unit(filled[0]))
+
+
+def _has_units(row: list[str]) -> bool:
+    filled = [cell for cell in row if cell]
+    return 2 * _common_units(filled) >= len(filled) or any(unit_in_name(cell) for cell in filled)
 
 
 def is_rate_row(row: Sequence[str]) -> bool:

@@ -24,6 +24,8 @@ _LABEL = re.compile(
     r"(?:names|kanäle|kanaele|legend)\s*[:=]\s*(?=\S)",
     re.IGNORECASE,
 )
+_OF_COLUMNS = re.compile(r"col|field|var|spalte", re.IGNORECASE)
+"""Beginnings of labels that can mean nothing but columns; a list of channels may have others, or another order."""
 _UNITS_LABEL = re.compile(r"(?:units?|einheit(?:en)?|unités?)\s*[:=]\s*(?=\S)", re.IGNORECASE)
 _NUMBERED = re.compile(
     r"(?:(?:col(?:umn)?|ch(?:annel)?|field|var(?:iable)?|spalte|kanal)?[\s_.#]*(?P<number>\d{1,3}))\s*[:=)]\s*(?P<name>\S.*)",
@@ -35,6 +37,7 @@ class Named(NamedTuple):
     """What lines above the numbers say of the columns."""
 
     names: list[str]
+    """Names by column; []: the lines have units alone."""
     units: list[str]
     """Units by column; []: the lines have none."""
 
@@ -72,8 +75,9 @@ def spaced_names(line: str, columns: int) -> list[str] | None:
     the brackets behind them.
     """
     text = without_mark(line).strip()
+    quoted = re.findall(r'"[^"]+"|\S+', text)
     splits = (
-        text.split(),
+        [one.strip('"') for one in quoted] if '"' in text else text.split(),
         re.split(r"\s{2,}|\t", text),
         re.split(r"\s+(?![\[(/])", text),
         [one.strip() for one in re.findall(r"[^\[(]+[\[(][^\])]*[\])]", text)],
@@ -85,36 +89,41 @@ def spaced_names(line: str, columns: int) -> list[str] | None:
 
 
 def names_above(lines: Sequence[str], separator: str, columns: int) -> Named | None:
-    """Return what lines above the numbers say of the columns, the last ones first; None: they name none.
+    """Return what lines above the numbers say of the columns; None: they name none.
 
-    Lines with a label name them, and so do comments right above the numbers. They may stand between other separators
-    than the numbers do.
+    They may stand between other separators than the numbers do. Of several, those with units right above the numbers
+    come first, then those that are called columns, then others right above the numbers, and lists of channels last.
     """
-    if (numbered := _one_a_line(lines, columns)) is not None:
-        return Named(numbered, [])
-    labelled: list[list[str]] = []
-    near: list[list[str]] = []
-    """Cells of the comments right above the numbers, the last ones first."""
-    units: list[str] = []
+    strong, near, weak = list[list[str]](), list[list[str]](), list[list[str]]()
+    """Cells of lines with a label, of comments right above the numbers, and of lists of channels, the last first."""
+    units, is_labelled = list[str](), False
+    numbered = _one_a_line(lines, columns)
     for k in range(len(lines) - 1, -1, -1):
         text = without_mark(lines[k].lstrip("#% "))
         label, of_units = _LABEL.match(text), _UNITS_LABEL.match(text)
         is_near = k >= len(lines) - 2 and all(line.startswith(COMMENTS) for line in lines[k:])
-        if not (label or of_units or is_near):
+        if not (label or of_units or is_near) or (numbered is not None and _NUMBERED.fullmatch(text)):
             continue
         begin = next((one.end() for one in (label, of_units) if one), 0)
         found = _split(text[begin:], separator, columns)
         if found is None:
             continue
-        if of_units or (not label and _are_units(found)):
+        if of_units or (not label and not units and _are_units(found)):
             units = units or [bare_unit(one) for one in found]
+            is_labelled = bool(of_units)
         elif label:
-            labelled.append(found)
+            (strong if _OF_COLUMNS.match(text) else weak).append(found)
         else:
             near.append(found)
+    if numbered is not None:
+        (strong if numbered.are_columns else weak).append(numbered.names)
     with_units = [one for one in near if any(unit_in_name(cell) for cell in one)]
-    chosen = next(iter([*with_units, *labelled, *near]), None)
-    return None if chosen is None else Named(chosen, units)
+    chosen = next(iter([*with_units, *strong, *near, *weak]), None)
+    if chosen is not None:
+        return Named(chosen, units)
+    if not units:
+        return None
+    return Named([], units) if is_labelled else Named(units, [])  # `# V, A`: names that are units
 
 
 def _are_units(cells: Sequence[str]) -> bool:
@@ -124,17 +133,31 @@ def _are_units(cells: Sequence[str]) -> bool:
     )
 
 
-def _one_a_line(lines: Sequence[str], columns: int) -> list[str] | None:
-    """Return the names of lines that are numbered from 0 or 1, one line a column; None: there are none."""
-    found: dict[int, str] = {}
+class _OneALine(NamedTuple):
+    names: list[str]
+    are_columns: bool
+    """Whether the lines say that they are of columns."""
+
+
+def _one_a_line(lines: Sequence[str], columns: int) -> _OneALine | None:
+    """Return the names of lines that are numbered from 0 or 1, one line a column; None: there are none.
+
+    Lines that do not say what they number may be notes: one of them has a unit, or each is a single word.
+    """
+    found: dict[int, re.Match[str]] = {}
     for line in lines:
         one = _NUMBERED.fullmatch(without_mark(line.lstrip("#% ")).strip())
         if one is not None:
-            found[int(one["number"])] = one["name"].strip()
+            found[int(one["number"])] = one
     first = min(found, default=0)
     if len(found) < 2 or first > 1 or sorted(found) != list(range(first, first + columns)):
         return None
-    return [found[k] for k in sorted(found)]
+    names = [found[k]["name"].strip() for k in sorted(found)]
+    are_columns = all(_OF_COLUMNS.match(one[0]) for one in found.values())
+    are_names = any(unit_in_name(one) for one in names) or not any(" " in one for one in names)
+    if any(map(_is_no_name, names)) or not (are_columns or are_names):
+        return None
+    return _OneALine(names, are_columns)
 
 
 def _split(text: str, separator: str, columns: int) -> list[str] | None:
