@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 from rtctl.measured.readers.delimited.form import Form
@@ -108,7 +109,10 @@ def _about_comments(comments: Sequence[str]) -> str:
 
 
 def _check_words(text: Text, last: Sequence[str], form: Form, below: int) -> None:
-    """Raise ValueError where the last lines of a file begin with a word and those above them with a number."""
+    """Raise ValueError where the last lines begin with a word, above which the first column went on as a time does.
+
+    Where it did not, it may hold marks, `0, 0, up`: with numbers behind them these lines are readings.
+    """
     firsts = [next(iter(cells_of(line, form.separator)), "") for line in last]
     count = 0
     while count < len(firsts) and _is_word(firsts[-1 - count]):
@@ -117,11 +121,23 @@ def _check_words(text: Text, last: Sequence[str], form: Form, below: int) -> Non
     if not count or len(before) < _FEWEST or not all(one[:1] in _READING for one in before if one):
         return
     line = last[len(before)]
+    has_numbers = any(is_number(cell) for cell in cells_of(line, form.separator)[1:])
+    if has_numbers and not _increases(before):
+        return
     number = text.line_number(below + count)
     raise ValueError(
         f'line {number}, "{shown(line)}", holds text below the numbers, and is no row of readings: remove it'
         f"{' and what follows' if count > 1 else ''}, or write # in front of it (comments at the end are left out)"
     )
+
+
+def _increases(cells: Sequence[str]) -> bool:
+    """Return whether cells are numbers that increase, or dates or clock times, which increase as text."""
+    filled = [cell.replace(",", ".") for cell in cells if cell]
+    if not all(map(is_number, filled)):
+        return not any(cell.isalnum() for cell in filled) and filled == sorted(filled)
+    numbers = [float(cell) for cell in filled]
+    return all(one < other for one, other in pairwise(numbers))
 
 
 def _is_word(cell: str) -> bool:

@@ -36,6 +36,7 @@ def is_gap(cell: str) -> bool:
 def shown(line: str) -> str:
     """Return a line as it is cited."""
     text = " ".join(line.replace('"', "").split())
+    text = "".join(one if one.isprintable() else one.encode("unicode_escape").decode() for one in text)
     return f"{text[:_SHOWN]}{'...' if len(text) > _SHOWN else ''}"
 
 
