@@ -74,6 +74,13 @@ def linked_by_their_names(file: h5py.File, _: Path) -> None:
     file["raw/loop"] = h5py.SoftLink("/raw")
 
 
+def named_twice(file: h5py.File, _: Path) -> None:
+    for name, values, unit in (("t", T, "s"), ("u", U, "V"), ("x", X, "mm")):
+        file[f"run/{name}"] = values
+        file[f"run/{name}"].attrs["unit"] = unit
+    file["drive"] = h5py.SoftLink("/run/u")
+
+
 HDF5 = (
     Situation("HDF5, a compound dataset", record(), RIGHT, IN_REC),
     Situation("HDF5, a compound dataset, nothing said", record(), refused("r.h5", "rec/u", "--input", "--output displacement=rec/x:UNIT")),
@@ -87,6 +94,9 @@ HDF5 = (
     Situation("HDF5, complex numbers", columns(u=U + 1j * X), refused("r.h5", "complex128", "real and its imaginary part"), TIMED),
     Situation("HDF5, a link to a dataset of another name", hdf5(linked), RIGHT, TIMED),
     Situation("HDF5, links to datasets of the same names", hdf5(linked_by_their_names), RIGHT, TIMED),
+    Situation("HDF5, a link to the drive beside it", hdf5(named_twice), RIGHT),
+    Situation("HDF5, a compound dataset with units by name", record(t_unit="s", u_unit="V", x_unit="um"), RIGHT, NO_UNITS),
+    Situation("HDF5, a compound dataset with one scale for all", record(scale_factor=2.0), Right(remark='scale_factor = 2.0 of its group "rec", which is not applied'), IN_REC),
     Situation("HDF5, a link that leads nowhere", hdf5(lambda file, _: file.update({"t": T, "u": U, "x": h5py.SoftLink("/raw/x")})), refused("r.h5", '"x"', 'link to "/raw/x"', "correct the link"), TIMED),
     Situation("HDF5, a link into another file", hdf5(external), refused("r.h5", '"x"', "other.h5", "copy the dataset into this file"), TIMED),
 )  # fmt: skip

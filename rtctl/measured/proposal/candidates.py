@@ -116,6 +116,11 @@ def find_candidates(
             found[name] = Candidate(
                 name=name, label=first.label or name, reading=read_column(first), values=values
             )
+    for name in [one for one in found if surveys[0].columns[one].alias_of in found]:
+        other = surveys[0].columns[name].alias_of
+        less, more = (name, other) if found[other].reading.votes else (other, name)
+        others[less] = f'another name of "{more}"'
+        del found[less]
     return found, others
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from rtctl.extras import missing_message
 from rtctl.measured.readers.groups import place_of
 from rtctl.measured.readers.hdf5_storage.fields import (
+    common_attributes,
     field_attributes,
     field_names,
     field_refusal,
@@ -130,10 +131,15 @@ class _Contents:
                 self.headers[column] = Header(shape=(0,), refusal=link.refusal)
             else:
                 self._keep(column, link.target)
+                if column in self.headers:  # no compound dataset, whose columns are its fields
+                    alias_of = link.leads_to.replace("/", self._separator)
+                    self.headers[column] = self.headers[column]._replace(alias_of=alias_of)
 
     def _keep(self, column: str, item: Any) -> None:
         fields = field_names(item.dtype) if item.shape else ()
         columns = [(f"{column}{self._separator}{one}", one) for one in fields] or [(column, "")]
+        if fields:
+            self.beside[column] = _plain(common_attributes(readable_attributes(item), len(fields)))
         for one, field in columns:
             self.paths[one] = str(item.name), field
             self.headers[one], self.packings[one] = _header(item, one, self._folder, field)

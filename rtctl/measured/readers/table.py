@@ -54,6 +54,8 @@ class Header(NamedTuple):
     """What the file states of a scale that is not applied, as `key = value`; "": nothing."""
     decimation: str = ""
     """What it states of samples that were left out, as `key = value`; "": nothing."""
+    alias_of: str = ""
+    """Column whose numbers it has, under another name; "": they are its own."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

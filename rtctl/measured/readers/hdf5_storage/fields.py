@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtctl.measured.readers.stated.attributes import says_of_numbers
-from rtctl.measured.readers.stated.keys import is_unit_key
+from rtctl.measured.readers.stated.keys import is_unit_key, says_of_columns
 
 _FIELD_KEY = re.compile(r"FIELD_(?P<place>\d+)_(?P<key>\w+)")
 """Attributes by which PyTables says something of one field: `FIELD_2_UNITS`."""
@@ -26,7 +26,7 @@ def field_names(dtype: np.dtype[Any]) -> tuple[str, ...]:
 def field_attributes(attributes: Mapping[str, Any], place: int, count: int) -> dict[str, Any]:
     """Return what the attributes of a compound dataset say of one of its `count` fields.
 
-    Those with as many items as there are fields say one of each; of a unit or a scale for all nobody knows whose it is.
+    Those with as many items as there are fields say one of each; for a unit or a scale for all see `common_attributes`.
     """
     found: dict[str, Any] = {}
     for key, value in attributes.items():
@@ -39,6 +39,21 @@ def field_attributes(attributes: Mapping[str, Any], place: int, count: int) -> d
         elif count == 1 or not says_of_numbers(key):
             found[key] = value
     return found
+
+
+def common_attributes(attributes: Mapping[str, Any], count: int) -> dict[str, Any]:
+    """Return what attributes say of units and scales of a compound dataset of `count` fields as a whole.
+
+    That stands beside the fields as what a group says beside its datasets: `x_unit`, or a unit of nobody knows which.
+    """
+    return {
+        key: value
+        for key, value in attributes.items()
+        if count > 1
+        and says_of_columns(key)
+        and np.shape(value) != (count,)
+        and not _FIELD_KEY.fullmatch(key)
+    }
 
 
 def field_refusal(dtype: np.dtype[Any]) -> str:

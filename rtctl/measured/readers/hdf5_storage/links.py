@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import posixpath
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -14,6 +15,8 @@ class Link(NamedTuple):
     name: str
     target: Any = None
     """The dataset of this file that it leads to; None: it leads to none."""
+    leads_to: str = ""
+    """Path of the dataset."""
     refusal: str = ""
     """Why it is no column, as a phrase that continues its name."""
 
@@ -38,4 +41,6 @@ def links_of(group: Any) -> Iterator[Link]:
                     "dataset to where it leads",
                 )
             elif isinstance(target, h5py.Dataset) and link.path.rpartition("/")[2] != key:
-                yield Link(name, target)
+                yield Link(
+                    name, target, posixpath.normpath(posixpath.join(group.name, link.path)).lstrip("/")
+                )
