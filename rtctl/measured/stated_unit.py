@@ -66,13 +66,16 @@ _NUMBERED = re.compile(r"[\d.,]+(?:[eE^][+-]?\d+)?\s*[*·× ]\s*[^\W\d_]\S*")
 """A number before a unit, which is no unit of the list: `0.1 mm`."""
 _FACTOR = r"(?:10\s?(?:\^|\*\*)\s?[+-]?\d+|\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)"
 _SCALE_IN_NAME = re.compile(
-    rf"[*×·]\s*(?P<times>{_FACTOR})(?!\w)|(?<![\w.,])(?P<before>{_FACTOR})\s*[*×·](?=\s*[^\W\d])|"
-    r"(?:(?<=[\s(\[,])x\s?|_x(?=100))(?P<fold>10+)(?!\w)|(?<![^\W_])(?P<folded>10+)\s?x(?!\w)|"
+    rf"[*×·]\s*(?P<times>{_FACTOR})(?!\w)|(?<![\w.,])(?P<before>{_FACTOR})\s*[*×·](?=\s*(?!log)[^\W\d])|"
+    r"(?:(?<=[\s(\[,])x\s?|_x(?=100))(?P<fold>10+(?:\s?\^\s?[+-]?\d+)?)(?![\w^])|(?<![^\W_])(?P<folded>10+)\s?x(?!\w)|"
     rf"(?:(?<=[\w\])])\s?/\s?(?=10+(?!\w))|(?<![^\W_])[^\W\d_]/(?=\d)|(?<![^\W_])div(?:ided)?(?:[\s_]by)?[\s_]?)"
     rf"(?P<over>{_FACTOR})(?!\w)|(?<![\w:.])1\s?:\s?(?P<ratio>10+)(?![\w:.])",
     re.IGNORECASE,
 )
-"""A scale in a name: `x*1000`, `1000*x`, `x (x1000)`, `x/10`, `u_div_2`; a node such as `acc x2` is none."""
+"""A scale in a name: `x*1000`, `1000*x`, `x (x1000)`, `x/10`, `u_div_2`.
+
+A node such as `acc x2` and a logarithm, `20*log10(x)`, have none.
+"""
 _CELSIUS = re.compile(r"^\s*(deg(?:rees?)?\s*C(?:elsius)?|°\s*C|℃|celsius)\s*$", re.IGNORECASE)
 _IN_NAME = re.compile(r"^(?P<name>.*\S)\s*[\[(](?P<unit>[^\[\]()]*(?:\([^()]*\))?[^\[\]()]*)[\])]\s*$")
 _TIME_SUFFIX = re.compile(r"(?:^|[_\s])(ns|us|µs|μs|ms|sec|s|min)$|(?:^|[_\s])(nanos|micros|millis|seconds)$")

@@ -130,6 +130,7 @@ ONES = (
     Situation("the night of the clock change, without zones", stamped(across_autumn(zoned=False)), refused("r.csv", "does not increase"), {"time": "time"}),
     Situation("the night of the clock change, without zones, nothing said", stamped(across_autumn(zoned=False)), refused("r.csv", '"time" goes back by 3600 s after row', "daylight-saving", "write the times in UTC", "--sample-rate")),
     Situation("the night of the clock change, without zones, and a rate", stamped(across_autumn(zoned=False)), RIGHT, {"sample_rate_hz": 1000.0}),
+    Situation("an exposure time, which is no time of the rows", text("u [V],x [mm],exposure time [s]\n" + table(U, X, np.full(ROWS, 0.03))), refused("r.csv", "no column looks like a time", "constant, 0.03")),
     Situation("a time that goes back, nothing said", columns(np.concatenate([T[:300], T[:300]])), refused("r.csv", '"t [s]" goes back by 0.299 s after row 299', "divide the file", "--time -")),
     Situation("a time that is too coarse, nothing said", columns(np.floor(20.0 * T) / 20.0), refused("r.csv", '"t [s]" stays the same after row 0', "more digits")),
     Situation("a time without a number in one row", text(HEAD + table(T, U, X).replace("\n0.3,", "\n,")), refused("r.csv", '"t [s]" has no number in row 300', "remove the row")),

@@ -215,3 +215,8 @@ def test_units_in_which_no_equation_of_motion_holds(
 ) -> None:
     with pytest.raises(InputError, match=message):
         open_dataset(oscillator(change))
+
+
+def test_a_factor_of_a_logarithm_in_a_name_is_no_scale() -> None:
+    assert unit_in_name("20*log10(x) [V]") == "V"
+    assert unit_in_name("20*x [V]") is None

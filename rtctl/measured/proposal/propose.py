@@ -302,9 +302,10 @@ def _unit_question(
             f'"{scale.text}", does not show: give their unit as they stand, or what one of them counts'
         )
         return Open(f"unit.{name}", text, f"{option} or --scale '{name}={scale.per_number:.6g} UNIT'")
-    return Open(
-        f"unit.{name}", f'nobody states the unit of column "{choice.column}", the {name}{because}', option
-    )
+    text = f'nobody states the unit of column "{choice.column}", the {name}{because}'
+    if unit.contradicts:
+        text = f'the unit of column "{choice.column}", the {name}, is not clear: {unit.doubt}'
+    return Open(f"unit.{name}", text, option)
 
 
 def _check_common(surveys: Sequence[Survey], needed: Sequence[SignalGuess], time: TimeGuess) -> None:

@@ -58,12 +58,7 @@ def of_column(column: Column, given_unit: str, why: str, told: ToldRate | None) 
             f'the time column "{column.name}" has the scale "{scale.text}" in its name: what its numbers count '
             "does not show"
         )
-        return Time(
-            TimeGuess(column=column.name, unit="s", why=why),
-            opens=(
-                Open("time_unit", text, f"--time {shlex.quote(column.name + ':UNIT')} or --sample-rate HZ"),
-            ),
-        )
+        return Time(TimeGuess(column=column.name, unit="s", why=why), opens=(_unit_question(column, text),))
     unit = read_column(column).unit
     if unit.text and quantity_of(unit.text) == "time":
         guess = TimeGuess(column=column.name, unit=unit.text, why=f"{why}; {unit.source}")
@@ -71,7 +66,14 @@ def of_column(column: Column, given_unit: str, why: str, told: ToldRate | None) 
             return Time(guess, unsure=(doubt,))
         step_s = float(np.median(np.diff(read_time(column, unit.text).time_s)))
         return Time(guess, unsure=one_of_several(told, 1.0 / step_s) if step_s > 0.0 else ())
+    if unit.contradicts:
+        text = f'the unit of the time column "{column.name}" is not clear: {unit.doubt}'
+        return Time(TimeGuess(column=column.name, unit="s", why=why), opens=(_unit_question(column, text),))
     return _of_unknown_unit(column, why, told)
+
+
+def _unit_question(column: Column, text: str) -> Open:
+    return Open("time_unit", text, f"--time {shlex.quote(column.name + ':UNIT')} or --sample-rate HZ")
 
 
 def _may_be_days(column: Column, unit: str) -> str:
@@ -145,10 +147,7 @@ def _of_unknown_unit(column: Column, why: str, told: ToldRate | None) -> Time:
         f'nobody states the unit of the time column "{column.name}", which goes on by {step:.6g}: in seconds that is '
         f"{1.0 / step:.6g} Hz, in ms {1e3 / step:.6g} Hz{contradicted}"
     )
-    return Time(
-        guess,
-        opens=(Open("time_unit", text, f"--time {shlex.quote(column.name + ':UNIT')} or --sample-rate HZ"),),
-    )
+    return Time(guess, opens=(_unit_question(column, text),))
 
 
 def checked_time_unit(text: str) -> str:

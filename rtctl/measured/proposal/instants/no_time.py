@@ -41,13 +41,17 @@ def _why_not(column: Column) -> str:
 
 
 def _words_in(column: Column) -> str:
-    return f'the time column "{column.name}" {column.refusal}; a row whose time is not known must be removed'
+    what, _, _ = column.refusal.rpartition("; ")
+    return (
+        f'the time column "{column.name}" {what or column.refusal}: correct these cells; a row whose time is not known '
+        "must be removed"
+    )
 
 
 def _back(name: str, times: np.ndarray, unit: str, *, is_clock: bool = False) -> str:
     """Return where times go back, or stay, and by how much; "": they do not."""
     steps = np.diff(times)
-    if not len(steps) or np.all(steps > 0.0):
+    if np.all(steps > 0.0) or not np.any(steps):  # constant: an exposure time
         return ""
     row = int(np.argmin(steps > 0.0))
     if steps[row] == 0.0:

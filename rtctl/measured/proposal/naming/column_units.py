@@ -41,6 +41,8 @@ class Unit(NamedTuple):
     """Who states it, as the end of a sentence."""
     doubt: str = ""
     """What a reader should know of it; "": nothing."""
+    contradicts: bool = False
+    """Whether its name and its file state two, of which nobody knows which is right."""
 
 
 class Reading(NamedTuple):
@@ -144,15 +146,15 @@ def _unit(column: Column, name: Name) -> Unit:
     if not found:
         return Unit("", "", f"{source}, which is no known unit")
     if source.startswith("the file") and name.habit == "in brackets" and not _agree(found, name.unit):
-        return Unit("", "", f'{source}, its name "{name.unit}"')
+        return Unit("", "", f'{source}, its name "{name.unit}"; if the name is right, correct the file', True)
     if found == "g_0" and is_weight(column.label or column.name):
         return Unit("", "", f"{source}, which may be grams, gram-force or gravity")
     return Unit(found, source, _two_meanings(text, found))
 
 
 def _agree(unit: str, named: str) -> bool:
-    """Return whether a readable unit is one meaning of the unit in a name, or that has none."""
-    meant = unit_meanings(named)
+    """Return whether a readable unit is one meaning of the unit in a name, or that has none, as `Channel (A)` in V."""
+    meant = [one for one in unit_meanings(named) if len(named) > 1 or quantity_of(one) == quantity_of(unit)]
     return not meant or any(same_unit(unit, one) for one in meant)
 
 

@@ -16,8 +16,8 @@ def decimation_remarks(table: Table) -> Iterator[str]:
     for text in dict.fromkeys(found):
         yield (
             f"the file states {text} beside its sample rate, {rate}, and not whether that is the rate before it or "
-            "after: taken is the rate as it is stated; if the rows are of another one, say --sample-rate HZ --time - "
-            "(sample_rate_hz in a manifest)"
+            "after: where no time column tells, it is taken as that of the rows; if the rows are of another one, say "
+            "--sample-rate HZ --time - (sample_rate_hz in a manifest)"
         )
 
 
