@@ -261,14 +261,14 @@ def _names_and_units(block: list[list[str]], layout: _Layout) -> Named:
 
 
 def _without_comments(block: list[list[str]], lines: Sequence[str]) -> list[list[str]]:
-    """Return the lines above the numbers without comments below names that have units."""
+    """Return the lines above the numbers without comments below names that have units, or below these."""
     count = len(block)
     while (
         count > 1
         and lines[count - 1].startswith(COMMENTS)
         and not lines[count - 2].startswith(COMMENTS)
-        and any(unit_in_name(cell) for cell in block[count - 2])
-        and not any(unit_in_name(cell) for cell in block[count - 1])
+        and _has_units(block[count - 2])
+        and not _has_units(block[count - 1])
     ):
         count -= 1
     return block[:count]

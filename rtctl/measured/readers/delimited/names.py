@@ -82,7 +82,8 @@ def spaced_names(line: str, columns: int) -> list[str] | None:
         re.split(r"\s+(?![\[(/])", text),
         [one.strip() for one in re.findall(r"[^\[(]+[\[(][^\])]*[\])]", text)],
     )
-    for names in splits:
+    for parts in splits:
+        names = [one.rstrip(",;") for one in parts]
         if len(names) == columns and all(one and not _is_no_name(one) for one in names):
             return names
     return None
@@ -97,6 +98,7 @@ def names_above(lines: Sequence[str], separator: str, columns: int) -> Named | N
     strong, near, weak = list[list[str]](), list[list[str]](), list[list[str]]()
     """Cells of lines with a label, of comments right above the numbers, and of lists of channels, the last first."""
     units, is_labelled = list[str](), False
+    lines = [line for line in lines if any(one.isalnum() for one in line)]
     numbered = _one_a_line(lines, columns)
     for k in range(len(lines) - 1, -1, -1):
         text = without_mark(lines[k].lstrip("#% "))
