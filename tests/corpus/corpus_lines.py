@@ -31,7 +31,7 @@ BELOW = (
     Situation("a mark of words in the last rows of a column in front", text("dir," + HEAD + table(["0"] * (ROWS - 9) + ["up"] * 9, T, U, X)), RIGHT),
     Situation("a count in hexadecimal numbers in front", text("n," + HEAD + table([f"{k:X}" for k in range(0xA11 - ROWS, 0xA11)], T, U, X)), RIGHT),
     Situation("statistics below dates", text("date,u [V],x [mm]\n" + table([f"2026-01-02 10:00:00.{k:03d}" for k in range(ROWS)], U, X) + "Mean,0.1,0.2\n"), refused("r.csv", "line 602", "Mean,0.1,0.2", "remove it")),
-    Situation("statistics in two rows at the end", text(PLAIN + "Mean,0.1,0.2\nStd,0.1,0.2\n"), refused("r.csv", "line 602", "Mean,0.1,0.2", "remove it and what follows")),
+    Situation("statistics in two rows at the end", text(PLAIN + "Mean,0.1,0.2\nStd,0.1,0.2\n"), refused("r.csv", "line 602", "Mean,0.1,0.2", "remove it and what follows", "# in front of each")),
     Situation("a count with a word at the end", text(PLAIN + "600 rows\n"), refused("r.csv", "line 602 has 1 cells", "600 rows", "remove")),
     Situation("rows that have labels with the mark of a comment", text("n," + HEAD + table([f"#{k}" for k in range(ROWS)], T, U, X)), RIGHT),
     Situation("a spreadsheet's error in the last row", text("x [mm],t [s],u [V]\n" + table(X, T, U) + "#N/A,0.6,0.2\n"), Right(rows=ROWS + 1, remark="row 600")),

@@ -127,7 +127,8 @@ def _check_words(text: Text, last: Sequence[str], form: Form, below: int) -> Non
     number = text.line_number(below + count)
     raise ValueError(
         f'line {number}, "{shown(line)}", holds text below the numbers, and is no row of readings: remove it'
-        f"{' and what follows' if count > 1 else ''}, or write # in front of it (comments at the end are left out)"
+        f"{' and what follows' if count > 1 else ''}, or write # in front of {'each' if count > 1 else 'it'} (comments "
+        "at the end are left out)"
     )
 
 
