@@ -160,7 +160,7 @@ def diagnose(
             notes += tuple(note_few_periods(fit, problem.scales.rate, options.thresholds.screening))
         answer = explain_by_changed_signals(answer, request, data.simulation, holdout)
         notes += (*first.notes, *filter(None, [found.course]), *found.notes)
-        notes += _note_shifts(data.simulation, answer, problem, model)
+        notes += _note_shifts(data.simulation, answer, request.problem, model)
         answer = replace(answer, warnings=(*notes, *answer.warnings))
         is_final = answer.verdict != "adequate" or whole is not None
         if not is_final:

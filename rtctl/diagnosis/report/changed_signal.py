@@ -117,9 +117,8 @@ def _told(
     judged = answer
     if answer.verdict == "unexplained":
         judged = _judged_anew(answer, request, changes[0].fit)
-    if (
-        judged.verdict == "partly_explained"
-    ):  # what else is missing decides which one fits best: the simplest first
+    # which one fits a part best is decided by what else is missing: the simplest leads
+    if judged.verdict == "partly_explained":
         changes = sorted(changes, key=lambda one: not one.id.startswith("parameter."))
     before, after = (run_residual_tests(one, problem, (), noise) for one in (without, changes[0].fit))
     if not differs_from_file(changes[0].id, given, after):  # the fit without corrections has ended elsewhere
