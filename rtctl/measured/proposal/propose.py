@@ -158,7 +158,9 @@ def refuse_open(proposal: Proposal, files: Sequence[str], answers: Answers) -> N
     if others:
         lines.append("  not used: " + "; ".join(others[:8]))
     words_among = [
-        name for name, why in proposal.unused.items() if "holds text" in why and " more (" not in why
+        name
+        for name, why in proposal.unused.items()
+        if "holds text" in why and " more (" not in why and f'"{name}"' not in asked
     ]
     if words_among:
         names = ", ".join(f'"{name}"' for name in words_among)

@@ -201,7 +201,9 @@ def _check_usable(survey: Survey) -> None:
         raise ValueError("has no columns")
     refusals = {one.refusal for one in survey.columns.values()}
     if len(refusals) == 1 and len(survey.columns) > 1 and "" not in refusals:
-        raise ValueError(refusals.pop())  # of the file as a whole: once
+        only = refusals.pop()  # of the file as a whole: once
+        every = f"each of its {len(survey.columns)} columns "
+        raise ValueError(every + only if only.startswith(("was ", "is ", "has ", "holds ")) else only)
     numeric = survey.numeric
     starts = {one.start_s for one in survey.columns.values() if one.rows > 1 and one.values is not None}
     if len(starts - {None}) > 1:

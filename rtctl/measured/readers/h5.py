@@ -81,7 +81,8 @@ def read(path: Path, separator: str = "/") -> Table:
         if stored is None and absent is not None:
             raise ValueError(
                 f'column "{name}" was never written in rows {absent[0]} to {absent[1] - 1} (HDF5 gives its fill value '
-                "for them); leave them out with rows = [first, end]"
+                "for them); leave them out: write each stretch into a file of its own, or in the manifest's record "
+                f"rows = [{first}, {absent[0]}]"
             )
         return unpack(np.asarray(stored), found.packings[name])
 
