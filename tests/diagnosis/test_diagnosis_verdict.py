@@ -10,8 +10,7 @@ import pytest
 from rtctl.diagnosis.search.holdout_error import Gain
 from rtctl.diagnosis.search.outcome import classify_outcome
 from rtctl.diagnosis.thresholds import SearchThresholds
-from rtctl.diagnosis.verification.holdout_gain import accept_promised_misfit, confirmed_claim, is_doubtful
-from rtctl.diagnosis.verification.verdict import Verdict
+from rtctl.diagnosis.verification.holdout_gain import confirmed_claim, is_doubtful
 
 
 def of_ratio(ratio: float) -> Gain:
@@ -108,24 +107,6 @@ def test_of_what_is_doubted_the_error_beyond_the_allowed_misfit_counts() -> None
     by_chance, most_left = drift._replace(ratio_low=0.99), drift._replace(after=0.08, ratio=1.07)
     for gain in (by_chance, most_left):
         assert confirmed_claim("explained", [gain, other], doubted=True, allowed=off) != "explained"
-
-
-def test_unexplained_is_adequate_where_no_test_error_exceeds_what_the_identification_promises() -> None:
-    problem: Any = SimpleNamespace(allowed={"deflection": 15.0**2, "log_resistance": 0.04**2})
-    gains = [
-        Gain("deflection", "um", 9.2, 9.2, 11.8, 1.0, 1.0, 1.0),
-        Gain("log_resistance", "", 0.03, 0.03, 0.01, 1.0, 1.0, 1.0),
-    ]
-    found = accept_promised_misfit(Verdict(claim="unexplained"), gains, problem)
-    assert found.claim == "adequate"
-    assert "exceeds what the identification" in found.notes[0]
-    for claim in ("explained", "partly_explained", "adequate"):
-        assert accept_promised_misfit(Verdict(claim=claim), gains, problem).claim == claim
-    beyond = [gains[0], gains[1]._replace(before=0.05)]
-    assert accept_promised_misfit(Verdict(claim="unexplained"), beyond, problem).claim == "unexplained"
-    assert accept_promised_misfit(Verdict(claim="unexplained"), [None], problem).claim == "unexplained"
-    nothing: Any = SimpleNamespace(allowed={})
-    assert accept_promised_misfit(Verdict(claim="unexplained"), gains, nothing).claim == "unexplained"
 
 
 def test_what_corrects_the_identification_alone_and_is_no_gain_is_what_that_left() -> None:

@@ -20,10 +20,6 @@ IDENTIFICATION_RESIDUAL = (
     "{} would remove less than half of the residual, and nothing on the test records: this is what the identification "
     "of the static loops left, and no cause; longer staircases, or more --cells, leave less"
 )
-AS_PROMISED = (
-    "the residual tests see more than noise, but no error on the test records exceeds what the identification of the "
-    "static loops leaves: longer staircases, or more --cells, would tell whether anything is wrong"
-)
 LOOPS_ALONE = (
     "static loops that are learned anew from the staircases and the fitted records leave no more than noise. The "
     "staircases themselves show only {:.1%} of the error: the rest lies between their levels, where the identification "
@@ -104,25 +100,6 @@ def require_holdout_gain(
     return verdict.changed_to(
         claim, NOT_CONFIRMED.format(names, problem.thresholds.search.least_holdout_gain)
     )
-
-
-def accept_promised_misfit(verdict: Verdict, gains: Sequence[Gain | None], problem: Problem) -> Verdict:
-    """Return "adequate" for "unexplained" where no error on test records exceeds what the identification promises.
-
-    Residual tests in units of the noise see what is fast beside the slow error of static loops: loops that are off have
-    such a part too.
-
-    Args:
-        verdict: What is claimed so far.
-        gains: Of each output that all test records have, the nominal model before.
-        problem: Records that were fitted, with the allowed misfit.
-    """
-    measured = [one for one in gains if one is not None]
-    allowed = [problem.allowed.get(one.output, 0.0) for one in measured]
-    within = all(one.before**2 <= square for one, square in zip(measured, allowed, strict=True))
-    if verdict.claim != "unexplained" or verdict.stopped or not measured or not within:
-        return verdict
-    return verdict.changed_to("adequate", AS_PROMISED)
 
 
 def _leaves_allowed(search: SearchResult, problem: Problem, gains: Sequence[Gain | None]) -> bool:

@@ -8,11 +8,7 @@ from typing import NamedTuple
 from rtctl.diagnosis.search.holdout_error import Gain
 from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.search.request import SearchRequest
-from rtctl.diagnosis.verification.holdout_gain import (
-    accept_promised_misfit,
-    judge_search,
-    require_holdout_gain,
-)
+from rtctl.diagnosis.verification.holdout_gain import judge_search, require_holdout_gain
 from rtctl.diagnosis.verification.misfit_checks import (
     require_holdout_residual,
     require_model_follows,
@@ -56,7 +52,6 @@ def verify(
     whitened = [holdout.whitened_gain_of(fits, name) for name in holdout.outputs] if asked else []
     verdict = require_holdout_gain(verdict, search, problem, gains, whitened)
     verdict = compare_nonparametric(verdict, search, problem, request.budget, request.report)
-    verdict = accept_promised_misfit(verdict, gains, problem)
     of_output = next((one for one in gains if one is not None and one.output == problem.subject.output), None)
     verdict = require_part_follows(verdict, search, problem, of_output, holdout.tests)
     verdict = require_model_follows(verdict, fits.after if verdict.names_causes else fits.before, problem)
