@@ -15,6 +15,7 @@ import pytest
 from rtctl.border.errors import InputError
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.measured.columns.conversion import TableCache
+from rtctl.measured.readers.stated.attributes import Packing, unpack
 
 Write = Callable[..., Path]
 K = np.arange(200)
@@ -282,3 +283,9 @@ def test_unwritten_chunks_are_told_unless_the_rows_lie_elsewhere(
     )
     with pytest.raises(ValueError, match="rows 180 to 189"):
         cache.column(tmp_path / "r.h5", "x_tip", "mm", 180, 190)
+
+
+@pytest.mark.parametrize(("stored", "read"), [(9999.0, np.nan), (2.0, 2.0)])
+def test_a_single_number_may_be_the_one_for_no_reading(stored: float, read: float) -> None:
+    """Found by random inputs: a scalar dataset with a fill value."""
+    np.testing.assert_array_equal(unpack(np.array(stored), Packing(missing=(9999.0,))), read)

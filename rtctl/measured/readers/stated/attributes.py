@@ -183,7 +183,7 @@ def unpack(stored: NDArray[Any], packing: Packing) -> NDArray[Any]:
         none |= (
             stored == np.float64(value).astype(stored.dtype) if stored.dtype.kind == "f" else packed == value
         )
-    readings: NDArray[np.float64] = packing.scale * packed + packing.offset
+    readings = np.asarray(packing.scale * packed + packing.offset)  # of a single number as well
     readings[none] = np.nan
     return readings
 
