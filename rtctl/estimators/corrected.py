@@ -20,8 +20,8 @@ from rtctl.arithmetic.elementary import exp, log
 from rtctl.border.arrays import FloatArray
 from rtctl.estimators.drive import later
 from rtctl.interfaces import Estimate, Estimator
-from rtctl.simulations.vo2.heat import slowed_s
 from rtctl.simulations.vo2.loop_dynamics import Vo2Dynamics
+from rtctl.simulations.vo2.mechanisms.sensor.ageing import slowed_s
 
 LAST, SURROGATE, CLOCK = 0, 1, 2
 """Memory: the last finite reading [ohm], the last surrogate [mA]; the time and its rounding [s] (`later`)."""

@@ -27,13 +27,13 @@ from rtctl.simulations.vo2.heat import (
     heating_power,
     loop_current,
     phase_at,
-    slowed_s,
     stored,
     surrogate_power,
 )
 from rtctl.simulations.vo2.loop_dynamics import Vo2Dynamics
 from rtctl.simulations.vo2.mechanism import Balance
 from rtctl.simulations.vo2.mechanisms.actuation.deadband import command_for
+from rtctl.simulations.vo2.mechanisms.sensor.ageing import slowed_s
 from rtctl.simulations.vo2.phases import Phases, mixed, switched
 from rtctl.simulations.vo2.relaxation import relax, turn
 

@@ -90,7 +90,7 @@ class Reading:
         before = len(self.findings.lines)
         with self.findings.under(where):
             for remark in self.cache.table(path).remarks:
-                self.findings.remark(f"{where}: {remark}")
+                self.findings.remark(f"{entry.file}: {remark}")  # of the file: once for all of its records
             self.cache.names(path, entry.group)
         return len(self.findings.lines) == before
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from first_look_cases import motion
+from first_look_cases import SIGNALS, motion
 
 ROWS, RATE_HZ = 600, 1000.0
 T, U, X, V, A = motion(ROWS)
@@ -21,22 +21,14 @@ _F = np.concatenate([_RISING, _RISING[::-1]])
 SWEEP = (_F, np.repeat([0.1, 0.4], 45), np.repeat([0.1, 0.4], 45) * 2.5e3 / (100.0**2 - _F**2 + 2.5j * _F))
 """The truth of sweeps: frequency [Hz], peak drive [V] and complex amplitude [um] of a resonator, rising and falling."""
 
-MANIFEST = """
-[dataset]
-name = "r"
-plant = "oscillator"
-[signals.drive]
-role = "input"
-unit = "V"
-column = "u"
-[signals.displacement]
-role = "output"
-unit = "mm"
-column = "x"
-[[records]]
+MANIFEST = (
+    '[dataset]\nname = "r"\nplant = "oscillator"'
+    + SIGNALS.replace("COLUMN", "x")
+    + """[[records]]
 file = "FILE"
 sample_rate_hz = 1000.0
 """
+)
 """A manifest of a user's own: drive `u` [V], displacement `x` [mm]; `FILE` stands for the file's name."""
 
 Write = Callable[[Path], Path]

@@ -54,6 +54,8 @@ def test_a_stop_behind_late_readings_is_found_where_the_model_follows_with_them(
     assert stop["parameters"]["place"]["value"] == pytest.approx(PLACE_MM, rel=2e-3)
     assert stop["parameters"]["above"]["value"] == pytest.approx(STIFFNESS, rel=0.02)
     assert found["gain"]["ratio_low"] > 20.0
+    assert late["share_removed"] + stop["share_removed"] == pytest.approx(1.0, abs=1e-3)
+    assert stop["share_removed"] > 0.02, "what late readings cost in shorter parts is no share of these"
     assert any("with timing.skew the model follows" in text for text in found["warnings"])
 
 

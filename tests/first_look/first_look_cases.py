@@ -9,6 +9,18 @@ from typing import NamedTuple
 import numpy as np
 from scipy.signal import StateSpace, butter, lsim, sosfilt
 
+SIGNALS = """
+[signals.drive]
+role = "input"
+unit = "V"
+column = "u"
+[signals.displacement]
+role = "output"
+unit = "mm"
+column = "COLUMN"
+"""
+"""Tables of a manifest of a user's own; `COLUMN` stands for the column of the displacement."""
+
 
 class Motion(NamedTuple):
     """x'' + 8 x' + (2 pi 15)^2 x = 300 u, u in V, x in mm."""

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from first_look_cases import motion, write_text
+from first_look_cases import SIGNALS, motion, write_text
 from PIL import Image
 
 import rtctl
@@ -16,18 +16,10 @@ from rtctl.cli import main
 from rtctl.measured.summary import strongest_hz
 
 M = motion(6000)
-MANIFEST = """[dataset]
-name = "bench"
-plant = "oscillator"
-[signals.drive]
-role = "input"
-unit = "V"
-column = "u"
-[signals.displacement]
-role = "output"
-unit = "mm"
-column = "x [mm]"
-[[records]]
+MANIFEST = (
+    '[dataset]\nname = "bench"\nplant = "oscillator"'
+    + SIGNALS.replace("COLUMN", "x [mm]")
+    + """[[records]]
 file = "a.csv"
 sample_rate_hz = 1000.0
 rows = [0, 4000]
@@ -36,6 +28,7 @@ file = "b.csv"
 sample_rate_hz = 1000.0
 use = "test"
 """
+)
 
 
 @pytest.fixture

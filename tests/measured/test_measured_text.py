@@ -154,9 +154,7 @@ def test_the_remark_reaches_the_user(oscillator: Write, tmp_path: Path) -> None:
     (tmp_path / "r00.csv").write_text(whole[:-9])
     dataset = read_dataset(path)
     assert dataset.records[0].samples == 199
-    assert dataset.remarks[0].startswith(
-        'records.0 "r00.csv": the last line has no end and its last number, "0.'
-    )
+    assert dataset.remarks[0].startswith('r00.csv: the last line has no end and its last number, "0.')
 
 
 @pytest.mark.parametrize(

@@ -157,20 +157,18 @@ def _bound(
 def _sized(declared: Parameter, size: Size, law: str) -> Parameter:
     """Return a parameter whose scale is that of its own signal."""
     scale: Callable[[Scales], float] = declared.scale
+    reading = (
+        size.rms if declared.name == "curvature" else size.deviation
+    )  # it bends about 0, not about its mean
 
     def of_signal(scales: Scales) -> float:
-        return scale(scales._replace(drive=size.rms, reading=size.deviation))
-
-    def of_limits(scales: Scales) -> float:
-        return scale(scales._replace(reading=size.rms, largest_reading=size.largest))
+        return scale(scales._replace(drive=size.rms, reading=reading, largest_reading=size.largest))
 
     if law == hum.MECHANISM.id and declared.is_shape:
         return replace(
             declared, scale=lambda scales: 1.0 / scales.period, default=None, shape_range=(0.0, 0.5),
             least_periods=HUM_PERIODS,
         )  # fmt: skip
-    if declared.name in ("curvature", "limit"):
-        return replace(declared, scale=of_limits)
     return replace(declared, scale=of_signal)
 
 

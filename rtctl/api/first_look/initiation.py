@@ -15,11 +15,12 @@ from rtctl.api.inputs import PathText, path_of
 from rtctl.api.model import read_model
 from rtctl.border.errors import InputError
 from rtctl.measured.dataset import Dataset
+from rtctl.measured.proposal.asking.refusal import refuse_open
 from rtctl.measured.proposal.grouped import by_groups
 from rtctl.measured.proposal.manifest_text import manifest_text
 from rtctl.measured.proposal.own_equations.signals import read_model_signals
 from rtctl.measured.proposal.proposal import Answers, ModelSignals, Proposal, SignalGuess
-from rtctl.measured.proposal.propose import propose, refuse_open
+from rtctl.measured.proposal.propose import propose
 from rtctl.measured.proposal.survey import survey_files
 from rtctl.measured.reading import read_dataset
 from rtctl.measured.summary import Source

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from rtctl.api.first_look.initiation import Initiation
 from rtctl.api.first_look.preview import Preview
 from rtctl.measured.summary import RECORD_HEADERS, SIGNAL_HEADERS, record_rows, signal_rows
@@ -13,7 +15,7 @@ MOST_ROWS = 40
 
 def print_initiation(found: Initiation) -> None:
     """Print what was read, what was guessed and is not sure, and what was written."""
-    print_preview(found.summary)
+    print_preview(found.summary, told=found.unsure)
     for text in found.unsure:
         print(f"look at: {text}")
     for column, why in found.proposal.unused.items():
@@ -22,8 +24,8 @@ def print_initiation(found: Initiation) -> None:
     print(f"wrote {found.path}{picture}")
 
 
-def print_preview(shown: Preview) -> None:
-    """Print the tables of signals and records, and the remarks."""
+def print_preview(shown: Preview, told: Collection[str] = ()) -> None:
+    """Print the tables of signals and records, and the remarks but those that are `told` below."""
     summary = shown.summary
     print_table(f"{summary.name}: signals", SIGNAL_HEADERS, signal_rows(summary))
     rows = record_rows(summary)
@@ -31,4 +33,5 @@ def print_preview(shown: Preview) -> None:
     if len(rows) > MOST_ROWS:
         print(f"{len(rows) - MOST_ROWS} more records")
     for note in summary.notes:
-        print(f"note: {note}")
+        if note not in told:
+            print(f"note: {note}")

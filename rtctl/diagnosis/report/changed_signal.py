@@ -25,6 +25,7 @@ from rtctl.diagnosis.residual.noise_floor import noise_cost_of
 from rtctl.diagnosis.residual.parameter_estimates import estimates_of
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.result import Cause, Diagnosis
+from rtctl.diagnosis.search.holdout_error import certainly_falls
 from rtctl.diagnosis.search.request import SearchRequest
 from rtctl.diagnosis.search.stepwise import significance_level
 from rtctl.diagnosis.verification.loop_model import model_for_loop
@@ -160,8 +161,7 @@ def _doubt_part(changes: Sequence[_Change], fits: Fits, holdout: HoldoutData, pr
     if len(changes) - 1 > problem.thresholds.search.most_part_rivals:
         return TOO_MANY
     gains = [gain for name in holdout.outputs if (gain := holdout.gain_of(fits, name)) is not None]
-    falls = any(one.ratio_low > 1.0 for one in gains) and all(one.ratio_high >= 1.0 for one in gains)
-    return "" if falls or not gains else NOT_LOWER
+    return "" if not gains or certainly_falls(gains) else NOT_LOWER
 
 
 def _judged_anew(answer: Diagnosis, request: SearchRequest, fit: Hypothesis) -> Diagnosis:

@@ -6,7 +6,7 @@ The interval of the ratio comes from a moving-block bootstrap of both squared er
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -56,6 +56,12 @@ class Gain(NamedTuple):
         floor = max(self.noise_floor**2, allowed)
         before, after = (max(error**2 - floor, 0.0) for error in (self.before, self.after))
         return after < before / least**2
+
+
+def certainly_falls(gains: Iterable[Gain], least: float = 1.0) -> bool:
+    """Return whether the error of one output certainly falls by `least` times, and that of none certainly rises."""
+    gains = tuple(gains)
+    return any(one.ratio_low > least for one in gains) and all(one.ratio_high >= 1.0 for one in gains)
 
 
 class ScoredOutput(NamedTuple):

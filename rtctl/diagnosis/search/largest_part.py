@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
-from rtctl.diagnosis.search.holdout_error import measure_gains
+from rtctl.diagnosis.search.holdout_error import certainly_falls, measure_gains
 from rtctl.diagnosis.search.outcome import SearchResult, classify_outcome
 from rtctl.identification.fit_record import FitRecord
 
@@ -59,5 +59,6 @@ def _lowers(
     tests: Sequence[FitRecord],
 ) -> bool:
     """Return whether on test records an output's error certainly falls by `least` times, and none certainly rises."""
-    gains = measure_gains(before, result.chosen._replace(hypothesis=after), problem, tests)
-    return any(one.ratio_low > least for one in gains) and all(one.ratio_high >= 1.0 for one in gains)
+    return certainly_falls(
+        measure_gains(before, result.chosen._replace(hypothesis=after), problem, tests), least
+    )

@@ -10,6 +10,9 @@ from typing import NamedTuple
 from rtctl.border.errors import InputError
 from rtctl.registry import PlantKind
 
+NO_SIGNAL = "no signal of this kind of plant or model"
+"""Why a column is not used."""
+
 
 class Open(NamedTuple):
     """Something that no file tells and that must not be guessed."""

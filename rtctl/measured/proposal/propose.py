@@ -13,7 +13,6 @@ from rtctl.measured.proposal.aligned import aligned
 from rtctl.measured.proposal.between_rows.hold import find_hold
 from rtctl.measured.proposal.candidates import (
     LOGARITHM,
-    SINGLE,
     Candidate,
     find_candidates,
     find_silent,
@@ -36,7 +35,15 @@ from rtctl.measured.proposal.naming.unit_roles import check_motion, check_swappe
 from rtctl.measured.proposal.own_equations.roles import assign_named_roles
 from rtctl.measured.proposal.own_equations.signals import with_named_signals, with_signals
 from rtctl.measured.proposal.parts import NO_TEST, called, find_parts, propose_records
-from rtctl.measured.proposal.proposal import Answers, Open, Proposal, RecordGuess, SignalGuess, TimeGuess
+from rtctl.measured.proposal.proposal import (
+    NO_SIGNAL,
+    Answers,
+    Open,
+    Proposal,
+    RecordGuess,
+    SignalGuess,
+    TimeGuess,
+)
 from rtctl.measured.proposal.roles import Choice, Roles, assign_roles
 from rtctl.measured.proposal.scales import given_scales, scale_of
 from rtctl.measured.proposal.survey import Survey
@@ -48,7 +55,6 @@ from rtctl.registry import PlantKind, plant_kind
 NO_STAIRCASE = (
     "current: no quasi-static staircase, which rtctl identify needs of a vo2 (acquire_vo2 plays one)"
 )
-NO_SIGNAL = "no signal of this kind of plant or model"
 
 
 def propose(surveys: Sequence[Survey], answers: Answers) -> Proposal:
@@ -132,64 +138,6 @@ def _with_named_input(kind: PlantKind, answers: Answers) -> PlantKind:
         for name in kind.without_stand_ins().signals
     }
     return replace(kind, signals=signals)
-
-
-def refuse_open(proposal: Proposal, files: Sequence[str], answers: Answers) -> None:
-    """Raise InputError with everything that cannot be known and the options that settle it, if there is something."""
-    if not proposal.opens:
-        return
-    lines = [f"{files[0] if len(files) == 1 else f'{files[0]} and {len(files) - 1} more'}: not everything can be known "
-             "from the files:"]  # fmt: skip
-    lines += [f"  {one.text}: say {one.option}" for one in proposal.opens]
-    seen = [
-        f"{one.name} = {one.column}{f' [{as_written(one.unit)}]' if one.unit else ''}"
-        for one in proposal.signals
-    ]
-    if proposal.time.column:
-        seen.append(f"time = {proposal.time.column}")
-    if seen:
-        lines.append(f"  taken so far: {', '.join(seen)}")
-    asked = " ".join(one.text for one in proposal.opens)
-    others = [
-        f"{name} ({why})"
-        for name, why in proposal.unused.items()
-        if why not in (NO_SIGNAL, SINGLE) and f'"{name}"' not in asked
-    ]
-    if others:
-        lines.append("  not used: " + "; ".join(others[:8]))
-    words_among = [
-        name
-        for name, why in proposal.unused.items()
-        if "holds text" in why and " more (" not in why and f'"{name}"' not in asked
-    ]
-    if words_among:
-        names = ", ".join(f'"{name}"' for name in words_among)
-        lines.append(
-            f"  if {names} is a signal: empty its cells that are no numbers (rtctl init leaves these rows out), and "
-            "run it again"
-        )
-    words = [word for one in proposal.opens for word in _as_words(one)]
-    said = [pair for pair in answers.as_options() if not _is_asked(pair, proposal.opens, words)]
-    lines.append(
-        f"  for example: rtctl init {shlex.join([*files, *(one for pair in said for one in pair), *words])}"
-    )
-    raise InputError("\n".join(lines))
-
-
-def _is_asked(said: tuple[str, str], opens: Sequence[Open], words: Sequence[str]) -> bool:
-    """Return whether an option that was given is asked for again: the same one, or of the same signal."""
-    option, text = said
-    if option in ("--input", "--output", "--scale"):
-        name = text.partition("=")[0].strip() if "=" in text else None
-        places = [one.option.removeprefix(f"{option} ") for one in opens if one.option.startswith(option)]
-        asked = [place.partition("=")[0] for place in places]
-        return bool(asked) if name is None else name in asked
-    return option in words
-
-
-def _as_words(one: Open) -> list[str]:
-    """Return the first option of a question as words of a command line, its place holders as they are."""
-    return shlex.split(one.example or one.option.partition(" or ")[0])
 
 
 def _plant(answers: Answers, candidates: Mapping[str, Candidate]) -> tuple[str, str]:

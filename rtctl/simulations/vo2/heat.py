@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rtctl.arithmetic.elementary import exp, expm1, log1p
+from rtctl.arithmetic.elementary import exp, expm1
 from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import background_kernel, kernel, uncounted
 from rtctl.border.mechanisms import STEADY
@@ -55,12 +55,6 @@ class Step(NamedTuple):
 def drifted_s(time_s: float, settling_s: float) -> float:
     """Return `rtctl.border.mechanisms.drift_of` at one time."""
     return time_s if settling_s == STEADY else -settling_s * expm1(-time_s / settling_s)
-
-
-@kernel
-def slowed_s(time_s: float, slowing_s: float) -> float:
-    """Return a drift that slows down over its first rate [s], see `sensor.ageing`; t where it is steady."""
-    return time_s if slowing_s == STEADY else slowing_s * log1p(time_s / slowing_s)
 
 
 @kernel

@@ -63,9 +63,10 @@ def run(args: argparse.Namespace) -> int:
     from rtctl.cli.next_step import say_next
     from rtctl.cli.options import is_quiet, output_folder, print_json
     from rtctl.cli.printing.first_look import print_initiation
+    from rtctl.measured.proposal.asking.refusal import refuse_open
     from rtctl.measured.proposal.grouped import by_groups
     from rtctl.measured.proposal.proposal import Answers
-    from rtctl.measured.proposal.propose import propose, refuse_open
+    from rtctl.measured.proposal.propose import propose
     from rtctl.measured.proposal.survey import survey_files
 
     answers = Answers(

@@ -15,6 +15,8 @@ from rtctl.diagnosis.nominal_fit.nominal_fit import NominalFit
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.elimination.backward_elimination import refit_without_each
+from rtctl.diagnosis.search.model_selection import RankedHypothesis
+from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.search.request import FoundCauses, SearchRequest
 
 FURTHER = (
@@ -85,11 +87,10 @@ def _joined(before: Searched, longer: Searched) -> Searched | None:
     refitted = fit_hypothesis(problem, nominal.simulation, nominal.mechanisms, fixed_parameters=fixed)
     if refitted is None:
         return None
-    known = len(first.chosen.hypothesis.mechanisms) - len(nominal.mechanisms)
     names = ", ".join(first.chosen.hypothesis.mechanisms[len(nominal.mechanisms) :])
     result = outcome._replace(
         nominal=run_residual_tests(refitted, problem, ids),
-        rankings=(*first.rankings[:known], *outcome.rankings),
+        rankings=_comparable(first, outcome),
         leave_one_out=refit_without_each(problem, refitted, chosen),
     )
     note = FURTHER.format(names, longer.first.problem.samples, before.first.problem.samples)
@@ -100,3 +101,14 @@ def _joined(before: Searched, longer: Searched) -> Searched | None:
         longer.found._replace(result=result, notes=notes),
         longer.cut,
     )
+
+
+def _comparable(first: SearchResult, outcome: SearchResult) -> tuple[tuple[RankedHypothesis, ...], ...]:
+    """Return the sets whose costs are of the same parts: those of the longer ones, or the rivals of a set that stays.
+
+    A cause costs less in shorter parts: beside a set that was fitted to longer ones it would seem to explain it all.
+    """
+    if outcome.rankings:
+        return outcome.rankings
+    size = len(outcome.chosen.hypothesis.mechanisms)
+    return tuple(one for one in first.rankings if one and len(one[0].hypothesis.mechanisms) == size)

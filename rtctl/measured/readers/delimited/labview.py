@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 _FIRST, _END = "LabVIEW Measurement", "***End_of_Header***"
-_NO_CHANNELS = ("", "X_Value", "Comment")
+NO_CHANNELS = ("X_Value", "Comment")
 """Names of columns that are no channels: the instants, and what was written beside them."""
 
 
@@ -34,7 +34,7 @@ def starts_of(lines: Sequence[str], names: Sequence[str]) -> Starts:
     """Return when the channels of a file begin, by the lines above its numbers and the names of its columns."""
     head = lines[: below_heads(lines)]
     cells = [line.split("\t") for line in head if line.startswith("X0\t")]
-    channels = [name for name in names if name not in _NO_CHANNELS]
+    channels = [name for name in names if name and name not in NO_CHANNELS]
     try:
         starts = [float(cell.replace(",", ".")) for cell in cells[0][1:] if cell.strip()] if cells else []
     except ValueError:

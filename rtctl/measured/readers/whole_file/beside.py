@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rtctl.measured.readers.delimited.labview import NO_CHANNELS
 from rtctl.measured.readers.stated.attributes import (
     described_scales,
     numbers_of,
@@ -36,8 +37,6 @@ from rtctl.measured.readers.whole_file.decimation import decimation_remarks
 _DEEPEST = 3
 """Tables within tables that are looked into."""
 _LONGEST_JSON = 20_000
-NO_CHANNELS = ("X_Value", "Comment")
-"""Columns that LabVIEW writes beside those of its channels."""
 _SAME = 1e-3
 """Relative difference of two periods up to which they are one."""
 _NAMES = ("name", "channel", "column", "label", "id")

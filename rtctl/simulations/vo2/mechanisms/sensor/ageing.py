@@ -6,8 +6,16 @@ part lasts differs. A resistance that would not be positive is no number.
 
 import numpy as np
 
+from rtctl.arithmetic.elementary import log1p
+from rtctl.border.kernels import kernel
 from rtctl.border.mechanisms import STEADY, Parameter
 from rtctl.simulations.vo2.mechanism import Read, Values, Vo2Mechanism, coefficient
+
+
+@kernel
+def slowed_s(time_s: float, slowing_s: float) -> float:
+    """Return s [s] at one time [s] since the record's first sample; `slowing_s` is d."""
+    return time_s if slowing_s == STEADY else slowing_s * log1p(time_s / slowing_s)
 
 
 def ageing(read: Read, p: Values) -> Read:
