@@ -124,7 +124,7 @@ class Case:
 
     def ours(self) -> None:
         z, v = np.zeros(self.lanes), np.zeros(self.lanes)
-        self.equation.march(z, v, Driven(self.nodes, self.h), SUBSTEPS, *self.out)
+        self.equation.march(z, v, Driven(self.nodes, self.h), SUBSTEPS, self.out)
 
     def in_c(self, library: ctypes.CDLL) -> None:
         z, v = np.zeros(self.lanes), np.zeros(self.lanes)

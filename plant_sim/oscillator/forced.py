@@ -126,7 +126,7 @@ def _march(
         count = min(block, periods - first)
         rows = slice(first * rows_per_period, (first + count) * rows_per_period + 1)
         drive = Driven(nodes[: count * steps_per_period], 1.0 / steps_per_period)
-        equation.march(z, w, drive, substeps, displacement[rows], speed[rows])
+        equation.march(z, w, drive, substeps, (displacement[rows], speed[rows]))
     return displacement, speed
 
 

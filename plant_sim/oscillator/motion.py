@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from plant_sim.oscillator.equation.binding import bind
-from plant_sim.oscillator.equation.memory import combined, combined_impulse
+from plant_sim.oscillator.equation.memory import combined, combined_dampers
 from plant_sim.oscillator.equation.terms import (
     CUBIC,
     DAMPING,
@@ -31,7 +31,7 @@ from plant_sim.oscillator.equation.terms import (
 )
 from plant_sim.oscillator.integration.friction import COULOMB, STRIBECK
 from plant_sim.oscillator.integration.rk4 import bind_rk4
-from plant_sim.oscillator.integration.splitting import KICKS, kick_for, propagator, splitting
+from plant_sim.oscillator.integration.splitting import KICKS, acceleration, kick_for, propagator, splitting
 from plant_sim.oscillator.integration.steps import Plan, plan
 from plant_sim.oscillator.mechanism import Driven, Memory, OscillatorMechanism
 from plant_sim.oscillator.nominal import ROWS
@@ -186,18 +186,28 @@ class Equation:
             steps_per_period=steps_per_period,
         )
 
-    def integrate(self, drive: Driven, how: Plan, start: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return displacement and velocity (lanes, samples) from `start` (lanes, 2)."""
+    def integrate(
+        self, drive: Driven, how: Plan, start: FloatArray, *, accelerations: bool = False
+    ) -> list[FloatArray]:
+        """Return displacement and velocity (lanes, samples) from `start` (lanes, 2).
+
+        With `accelerations` the acceleration too, just before the drive jumps at a sample.
+        """
         lanes, samples = self.rows.shape[1], len(drive.nodes) // how.substeps + 1
         z, v = start[:, 0].copy(), start[:, 1].copy()
-        out_z, out_v = np.empty((samples, lanes)), np.empty((samples, lanes))
+        courses = [np.empty((samples, lanes)) for _ in range(3 if accelerations else 2)]
         if how.splitting:
             present = {term for term in self.terms if self.rows[TERMS.index(term)].any()}
             split = _splitting(kick_for(present))
-            split(z, v, drive.nodes, how.substeps, propagator(self.rows, drive.step_s), out_z, out_v)
+            split(z, v, drive.nodes, how.substeps, propagator(self.rows, drive.step_s), *courses[:2])
+            if accelerations:
+                acting = np.concatenate(
+                    (drive.nodes[:1, 0], drive.nodes[how.substeps - 1 :: how.substeps, 2])
+                )
+                courses[2] = acceleration(self.rows, courses[0], courses[1], acting)
         else:
-            self.march(z, v, drive, how.substeps, out_z, out_v)
-        return _by_lane(out_z), _by_lane(out_v)
+            self.march(z, v, drive, how.substeps, courses)
+        return [_by_lane(course) for course in courses]
 
     @property
     def step_cost(self) -> float:
@@ -243,8 +253,7 @@ class Equation:
         v: FloatArray,
         drive: Driven,
         substeps: int,
-        out_z: FloatArray,
-        out_v: FloatArray,
+        out: Sequence[FloatArray],
         own: FloatArray | None = None,
     ) -> None:
         """Integrate by RK4; z, v and the states are left at the end of the drive.
@@ -254,13 +263,12 @@ class Equation:
             v: velocity (lanes,) at the start.
             drive: the drive at the integrator's instants.
             substeps: steps between two samples.
-            out_z: displacement (samples, lanes), out.
-            out_v: velocity (samples, lanes), out.
+            out: displacement, velocity, and acceleration if it is wanted (samples, lanes), out.
             own: the memories' states (states, lanes); None: `own_start`.
         """
         integrator = self.prepared(drive.step_s)
         states = self.own_start(z, v) if own is None else own
-        integrator(z, v, states, drive.nodes, drive.step_s, substeps, self.rows, out_z, out_v)
+        integrator(z, v, states, drive.nodes, drive.step_s, substeps, self.rows, *out)
 
 
 def _by_lane(course: FloatArray) -> FloatArray:
@@ -288,7 +296,8 @@ def _integrator(
             dampers.append((damping, row))
         row += constants
     states = sum(count for _, _, count in laws)
-    return bind_rk4(combined(memoryless, laws), states, combined_impulse(dampers), **rubbing)
+    impulse, damping = (combined_dampers(dampers, part) for part in (0, 1))
+    return bind_rk4(combined(memoryless, laws), states, impulse, damping, **rubbing)
 
 
 @lru_cache

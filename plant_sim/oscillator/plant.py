@@ -156,7 +156,7 @@ class OscillatorPlant:
         rows = self._equation.rows
         if rows[DRIFT, 0] != 0.0:  # the kernel's clock starts with each call
             rows[STIFFNESS, 0] = self._stiffness + rows[DRIFT, 0] * self._time_s
-        self._equation.march(self._z, self._v, Driven(nodes, h), 1, out_z, out_v, self._own)
+        self._equation.march(self._z, self._v, Driven(nodes, h), 1, (out_z, out_v), self._own)
         self._time_s += count * h
         if not np.abs(out_z).max() <= self._sensor.broken_above:  # NaN too
             self.diverged = True

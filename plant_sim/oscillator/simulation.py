@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from plant_sim.oscillator.integration.derivative import differentiate
 from plant_sim.oscillator.integration.node_cache import cached
 from plant_sim.oscillator.integration.steps import Plan, check_work
 from plant_sim.oscillator.mechanism import Driven, Moved, OscillatorMechanism, Sampled, Values, in_units
@@ -26,7 +25,7 @@ ABSURD = 1e100
 """Displacement that only a model without bound reaches, in any unit."""
 MOST_REFINEMENTS = 4
 LEAST_INSTANTS = 4
-"""Instants in a sample period by which the velocity is differentiated: what a held drive changes is between them."""
+"""Instants in a sample period of which a sensor of the acceleration is told, which a held drive lets jump."""
 INSTANTS = 24.0
 """In a period of the fastest motion, of which a sensor is told that looks between samples: a cubic from one to the next
 is off by (2 pi / 24)^4 / 384, 98 dB down."""
@@ -132,16 +131,12 @@ class OscillatorSimulation:
             count_work(
                 len(values) * stimulus.samples * (STEPS_OF_A_READING + how.substeps * equation.step_cost)
             )
-            z, v = equation.integrate(drive, how._replace(substeps=how.substeps // between), start)
-            if "displacement" in stimulus.peak or (_diverged(z) >= 0).any():
+            every = how._replace(substeps=how.substeps // between)
+            courses = equation.integrate(drive, every, start, accelerations="acceleration" in self.outputs)
+            if "displacement" in stimulus.peak or (_diverged(courses[0]) >= 0).any():
                 break
-            reach = max(reach, float(np.abs(z).max()))
+            reach = max(reach, float(np.abs(courses[0]).max()))
         step_s = stimulus.period_s / between
-        courses = [z, v]
-        if "acceleration" in self.outputs:
-            # straight lines have corners at the samples too
-            before = stimulus.holds.get("drive", "linear") != "band-limited"
-            courses.append(differentiate(v, between, step_s, before=before))
         if any(mechanism.sensor is not None for mechanism in active):
             self._read(courses, step_s, drive, how.substeps // between, active, values)
         return {
@@ -178,7 +173,8 @@ class OscillatorSimulation:
             duration_s=duration_s,
             swing=swing,
         )
-        instants = LEAST_INSTANTS if "acceleration" in self.outputs else 1
+        sensed = any(mechanism.sensor is not None for mechanism in active)
+        instants = LEAST_INSTANTS if sensed and "acceleration" in self.outputs else 1
         if instants > 1 or any(mechanism.looks_between for mechanism in active):
             rate, _ = equation.rates(reach, largest, duration_s, swing)
             instants = max(instants, math.ceil(INSTANTS * rate * stimulus.period_s / (2.0 * math.pi)))

@@ -72,7 +72,7 @@ def follow(
         count = min(block, periods - first)
         rows = slice(first * rows_per_period, (first + count) * rows_per_period + 1)
         part = drive._replace(nodes=drive.nodes[: count * steps_per_period])
-        equation.march(z, v, part, substeps, trajectories.displacement[rows], trajectories.velocity[rows])
+        equation.march(z, v, part, substeps, (trajectories.displacement[rows], trajectories.velocity[rows]))
     return trajectories
 
 

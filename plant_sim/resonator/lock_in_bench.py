@@ -143,7 +143,7 @@ class LockInBench:
         times = np.column_stack((start, start + 0.5 * h, start + h - 1e-9 * h)) - self._delay_s
         nodes = self._path.to_equation(self._wave.at(times.reshape(-1)).reshape(times.shape), self._time_s, h)
         out_z, out_v = np.empty((steps + 1, 1)), np.empty((steps + 1, 1))
-        self._equation.march(self._z, self._v, Driven(nodes, h), 1, out_z, out_v, self._own)
+        self._equation.march(self._z, self._v, Driven(nodes, h), 1, (out_z, out_v), self._own)
         spot, sensed = self._path.trace(out_z[:, 0], nodes, h)
         self._time_s += dt_s
         self.diverged = not np.abs(out_z).max() <= self._broken_above

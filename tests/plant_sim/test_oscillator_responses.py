@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from plant_sim.oscillator.integration.derivative import differentiate
 from plant_sim.oscillator.model import oscillator_simulation
 from plant_sim.oscillator.simulation import OscillatorSimulation
 from rtctl.border.arrays import FloatArray
@@ -115,18 +114,60 @@ def test_a_second_mode_is_seen_in_the_response(response: str) -> None:
     assert np.abs(added(response) - slope)[inner].max() < 0.06 * np.abs(slope).max()
 
 
-@pytest.mark.parametrize("before", [False, True])
-def test_a_polynomial_of_the_fourth_order_is_differentiated_exactly(before: bool) -> None:
-    x = np.arange(25.0)
-    course = np.array([x**4 - 3.0 * x**2, 2.0 * x**3 + x])
-    slopes = np.array([4.0 * x**3 - 6.0 * x, 6.0 * x**2 + 1.0])
-    found = differentiate(course, 6, 0.5, before=before)
-    assert found == pytest.approx(slopes / 0.5, rel=1e-9, abs=1e-7)
+def place(tau_s: float) -> dict[str, object]:
+    values = {"above": (4e4, "1/s^2"), "place": (0.02, "mm"), "retardation_time": (tau_s, "s")}
+    return {
+        "id": "stop.one_sided",
+        "parameters": {k: {"value": v, "unit": u} for k, (v, u) in values.items()},
+    }
 
 
-def test_differences_do_not_reach_across_a_corner() -> None:
-    """The slope jumps at every sixth sample; just before it, it is the old one."""
-    slopes = np.repeat([1.0, -2.0, 3.0, 0.5], 6)
-    course = np.concatenate(([0.0], np.cumsum(slopes)))[None, :]
-    found = differentiate(course, 6, 1.0, before=True)[0]
-    assert found[1:] == pytest.approx(slopes)
+@pytest.mark.parametrize("tau_s", [0.0, 2e-3], ids=["elastic", "with a damper"])
+def test_the_acceleration_behind_a_stop_is_that_of_the_equation_where_its_force_begins(tau_s: float) -> None:
+    """Differences of the velocity across the place of the stop would be off by percents."""
+    found = {name: predicted(bound("acceleration", place(tau_s)), "linear", name) for name in UNITS}
+    z, v = found["displacement"], found["velocity"]
+    beyond = z > 0.02
+    force = 4e4 * (z - 0.02 + tau_s * v) * beyond
+    truth = GAIN * drive() - DAMPING * v - STIFFNESS * z - force
+    assert beyond.sum() > SAMPLES // 20
+    assert np.abs(found["acceleration"] - truth).max() < 1e-9 * np.abs(truth).max()
+
+
+def test_dry_friction_is_in_the_acceleration_while_it_slides_and_while_it_sticks() -> None:
+    level = 250.0
+    friction = {"id": "friction.coulomb", "parameters": {"level": {"value": level, "unit": "mm/s^2"}}}
+    found = {name: predicted(bound("acceleration", friction), "linear", name) for name in UNITS}
+    z, v = found["displacement"], found["velocity"]
+    sticks = v == 0.0
+    other = GAIN * drive() - DAMPING * v - STIFFNESS * z
+    truth = other - np.where(sticks, np.clip(other, -level, level), level * np.sign(v))
+    assert min(sticks.sum(), (~sticks).sum()) > 20
+    assert np.abs(found["acceleration"] - truth).max() < 1e-9 * np.abs(truth).max()
+
+
+def test_the_acceleration_of_a_hysteretic_force_is_the_rate_of_the_velocity() -> None:
+    hysteresis = {
+        "id": "hysteresis.bouc_wen",
+        "parameters": {
+            "level": {"value": 200.0, "unit": "mm/s^2"},
+            "displacement": {"value": 0.02, "unit": "mm"},
+        },
+    }
+    found = {name: predicted(bound("acceleration", hysteresis), "linear", name) for name in UNITS}
+    v, a = found["velocity"], found["acceleration"]
+    gained = PERIOD_S * np.cumsum(0.5 * (a[1:] + a[:-1]))
+    assert np.abs(v[1:] - v[0] - gained).max() < 0.03 * np.abs(v).max()
+    assert (
+        np.abs(a - predicted(bound("acceleration"), "linear", "acceleration")).max() > 0.2 * np.abs(a).max()
+    )
+
+
+@pytest.mark.parametrize("hold", ["linear", "band-limited"])
+def test_the_acceleration_is_just_before_the_jump_also_where_the_manifest_does_not_know_of_it(
+    hold: str,
+) -> None:
+    held = {"id": "input.hold", "parameters": {"toward_zero": {"value": 1.0, "unit": "dimensionless"}}}
+    truth = exact("zero")["acceleration"]
+    found = predicted(bound("acceleration", CUBIC, held), hold, "acceleration")
+    assert np.abs(found - truth).max() < 2e-5 * np.abs(truth).max()

@@ -74,22 +74,25 @@ def combined(memoryless: Any, laws: Sequence[tuple[Any, int, int]]) -> Any:
     return total
 
 
-def with_impulse(z: float, p: Any, j: int) -> Any:
-    """Return the impulse of the damping law `added`."""
-    return added(z, p, ROW, j)[0]
+PART = 0
 
 
-def with_more_impulse(z: float, p: Any, j: int) -> Any:
-    """Return that and the impulse `base`."""
-    return base(z, p, j) + added(z, p, ROW, j)[0]
+def with_damper(z: float, p: Any, j: int) -> Any:
+    """Return the impulse (`PART` 0) or the damping (1) of the damping law `added`."""
+    return added(z, p, ROW, j)[PART]
 
 
-def combined_impulse(laws: Sequence[tuple[Any, int]]) -> Any:
-    """Return one impulse of all damping laws, each with its first row in `p`; None: there is no law."""
+def with_more_dampers(z: float, p: Any, j: int) -> Any:
+    """Return that and `base`."""
+    return base(z, p, j) + added(z, p, ROW, j)[PART]
+
+
+def combined_dampers(laws: Sequence[tuple[Any, int]], part: int) -> Any:
+    """Return the sum of impulses (`part` 0) or dampings (1) of damping laws, each with its first row; None: no law."""
     total: Any = None
     for law_, row in laws:
         if total is None:
-            total = bind(with_impulse, inline=True, added=law_, ROW=row)
+            total = bind(with_damper, inline=True, added=law_, ROW=row, PART=part)
         else:
-            total = bind(with_more_impulse, inline=True, base=total, added=law_, ROW=row)
+            total = bind(with_more_dampers, inline=True, base=total, added=law_, ROW=row, PART=part)
     return total

@@ -42,10 +42,22 @@ def no_impulse(z: float, p: Any, j: int) -> Any:
 
 
 impulse: Any = no_impulse
+damping: Any = no_impulse
 
 
-# 9 parameters because a compiled template takes its arrays one by one
-def rk4(z: Any, v: Any, w: Any, nodes: Any, h: float, substeps: int, p: Any, out_z: Any, out_v: Any) -> None:  # noqa: PLR0913
+# 10 parameters because a compiled template takes its arrays one by one
+def rk4(  # noqa: PLR0913
+    z: Any,
+    v: Any,
+    w: Any,
+    nodes: Any,
+    h: float,
+    substeps: int,
+    p: Any,
+    out_z: Any,
+    out_v: Any,
+    out_a: Any = None,
+) -> None:
     """March all lanes through the record; row 0 of the outputs is the start.
 
     Args:
@@ -58,12 +70,15 @@ def rk4(z: Any, v: Any, w: Any, nodes: Any, h: float, substeps: int, p: Any, out
         p: coefficients (rows, lanes).
         out_z: displacement (samples, lanes) at the samples.
         out_v: velocity (samples, lanes) at the samples.
+        out_a: acceleration (samples, lanes) at the samples, just before the drive jumps there; None: not wanted.
     """
     lanes = z.shape[0]
     half, sixth = 0.5 * h, h / 6.0
     noted = np.empty((NOTED, lanes))
     for j in range(lanes):
         out_z[0, j], out_v[0, j] = z[j], v[j]
+        if out_a is not None:
+            out_a[0, j] = felt(z[j], v[j], nodes[0, 0], 0.0, load(ZEROS, w, j), p, j)
         v[j] += impulse(z[j], p, j)
     row, until_sample = 1, substeps
     for i in range(nodes.shape[0]):
@@ -97,9 +112,20 @@ def rk4(z: Any, v: Any, w: Any, nodes: Any, h: float, substeps: int, p: Any, out
             until_sample = substeps
             for j in range(lanes):
                 out_z[row, j], out_v[row, j] = z[j], v[j] - impulse(z[j], p, j)
+                if out_a is not None:
+                    out_a[row, j] = felt(z[j], out_v[row, j], u4, t + h, load(ZEROS, w, j), p, j)
             row += 1
     for j in range(lanes):
         v[j] -= impulse(z[j], p, j)
+
+
+def acceleration_with_all(z: float, v: float, u: float, t: float, w: Any, p: Any, j: int) -> Any:
+    """Return z'' with dry friction and with the dampers that act at some places alone."""
+    other = acceleration(z, v, u, t, w, p, j)[0] - damping(z, p, j) * v
+    return other - resistance(v, other, p, j)
+
+
+felt: Any = acceleration_with_all  # compiled by `bind_rk4`, as it needs the laws
 
 
 settled: Any = as_it_is  # replaced by `bind`
@@ -137,7 +163,9 @@ def without_states(z: float, v: float, u: float, t: float, w: float, p: Any, j: 
     return memoryless(z, v, u, t, p, j), 0.0
 
 
-def bind_rk4(acceleration_law: Any, states: int, impulse_law: Any = None, **friction: Any) -> Any:
+def bind_rk4(
+    acceleration_law: Any, states: int, impulse_law: Any = None, damping_law: Any = None, **friction: Any
+) -> Any:
     """Return `rk4`, compiled for an acceleration law.
 
     Args:
@@ -145,15 +173,21 @@ def bind_rk4(acceleration_law: Any, states: int, impulse_law: Any = None, **fric
             also returns their rates (`plant_sim.oscillator.equation.memory`).
         states: number of states of the law's own.
         impulse_law: impulse of the dampers that act at some places alone; None: there are none.
+        damping_law: their damping.
         friction: `resistance`, `within`, `note` and `settle` of an equation with dry friction.
     """
-    if impulse_law is not None:
-        friction = {**friction, "impulse": impulse_law}
-        if "settle" in friction:
-            inner = bind(settle_beside_impulse, inline=True, settled=friction["settle"], impulse=impulse_law)
-            friction["settle"] = inner
+    rubbing = {key: law_ for key, law_ in friction.items() if key == "resistance"}
+    laws: dict[str, Any] = {**friction, "acceleration": acceleration_law}
+    if not states:
+        laws["acceleration"] = bind(without_states, inline=True, memoryless=acceleration_law)
+        laws |= {"load": _load_nothing, "move": _move_nothing, "keep": _keep_nothing}
     if states:
-        return bind(rk4, acceleration=acceleration_law, **friction, ZEROS=(0.0,) * states)
-    law_alone = bind(without_states, inline=True, memoryless=acceleration_law)
-    nothing = {"load": _load_nothing, "move": _move_nothing, "keep": _keep_nothing}
-    return bind(rk4, acceleration=law_alone, **friction, **nothing)
+        laws["ZEROS"] = (0.0,) * states
+    if impulse_law is not None:
+        laws["impulse"], rubbing["damping"] = impulse_law, damping_law
+        if "settle" in friction:
+            laws["settle"] = bind(
+                settle_beside_impulse, inline=True, settled=friction["settle"], impulse=impulse_law
+            )
+    laws["felt"] = bind(acceleration_with_all, inline=True, acceleration=laws["acceleration"], **rubbing)
+    return bind(rk4, **laws)

@@ -80,6 +80,14 @@ def splitting(z: Any, v: Any, nodes: Any, substeps: int, e: Any, out_z: Any, out
         v[j] += 0.5 * kick(z[j], e, j)
 
 
+def acceleration(rows: FloatArray, z: FloatArray, v: FloatArray, u: FloatArray) -> FloatArray:
+    """Return z'' (samples, lanes) of motions (samples, lanes) under a drive u (samples,); rows (rows, lanes)."""
+    with np.errstate(invalid="ignore", over="ignore"):  # of a motion that diverged
+        elastic = rows[STIFFNESS] + z * (rows[QUADRATIC] + z * (rows[CUBIC] + z * z * rows[QUINTIC]))
+        felt: FloatArray = u[:, None] * rows[GAIN] - rows[DAMPING] * v - elastic * z
+    return felt
+
+
 def propagator(rows: FloatArray, h: float) -> FloatArray:
     """Return the propagator (13, lanes): d(z, v)/d(z, v) row by row, weights of the drive, kicks.
 

@@ -60,12 +60,12 @@ def _saturate(nodes: FloatArray, root: float, clipped: float, limit: float, out:
 MECHANISM = OscillatorMechanism(
     id="drive.saturation",
     statement=(
-        "The drive saturates as a magnetisation does (Langevin), with a curvature of {curvature}, and {clipped} of "
-        "what is beyond {limit} is cut off."
+        "The drive saturates as a magnetisation does (Langevin), with a curvature of {curvature}, and a share of "
+        "{clipped} of what is beyond {limit} is cut off."
     ),
     forms={
         "curvature": "The drive saturates as a magnetisation does (Langevin), with a curvature of {curvature}.",
-        "clipped": "The drive is clipped at {limit}, of either sign: {clipped} of what is beyond does not act.",
+        "clipped": "The drive is clipped at {limit}, of either sign: a share of {clipped} of what is beyond does not act.",
     },
     parameters=(
         coefficient(
