@@ -210,6 +210,11 @@ class Equation:
         return [_by_lane(course) for course in courses]
 
     @property
+    def rubs(self) -> bool:
+        """Whether there is dry friction."""
+        return bool(self.rows[[FRICTION, FRICTION_EXCESS]].any())
+
+    @property
     def step_cost(self) -> float:
         """Work of one integration step, in steps without states of their own."""
         return 1.0 + 100.0 * (self.states / STATES_OF_A_HUNDREDFOLD_COST) ** 3
@@ -244,8 +249,7 @@ class Equation:
                 self.rows[row + memory.step] = step_s
             row += count
         fades = bool(self.rows[FRICTION_EXCESS].any())
-        rubs = fades or bool(self.rows[FRICTION].any())
-        return _integrator(self.terms, tuple(layout), rubs, fades)
+        return _integrator(self.terms, tuple(layout), self.rubs, fades)
 
     def march(
         self,

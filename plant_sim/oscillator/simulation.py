@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from plant_sim.oscillator.departures import Departure, acts_as_a_force
 from plant_sim.oscillator.integration.node_cache import cached
 from plant_sim.oscillator.integration.steps import Plan, check_work
 from plant_sim.oscillator.mechanism import Driven, Moved, OscillatorMechanism, Sampled, Values, in_units
@@ -29,6 +31,18 @@ LEAST_INSTANTS = 4
 INSTANTS = 24.0
 """In a period of the fastest motion, of which a sensor is told that looks between samples: a cubic from one to the next
 is off by (2 pi / 24)^4 / 384, 98 dB down."""
+
+
+class _Motion(NamedTuple):
+    """A motion of several lanes, and how it was integrated."""
+
+    courses: list[FloatArray]
+    """Displacement, velocity, and acceleration if that is an output: (lanes, n) at all instants that a sensor sees."""
+    drive: Driven
+    every: Plan
+    """Steps from one of these instants to the next."""
+    instants: int
+    """Instants in a sample period."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,6 +91,50 @@ class OscillatorSimulation:
                     outputs[name][lanes] = of_lanes
         return Prediction(outputs, _diverged(outputs["displacement"]))
 
+    def predict_departures(
+        self,
+        extended: OscillatorSimulation,
+        stimulus: Stimulus,
+        values: FloatArray,
+        initial: FloatArray,
+        steps_per_period: float | None = None,
+    ) -> Prediction:
+        """Return what `extended` predicts, to the first order in the amplitude of its last mechanism.
+
+        Args:
+            extended: this model with one mechanism more.
+            stimulus: inputs.
+            values: (lanes, parameters) of `extended`; lanes differ in this mechanism's parameters alone.
+            initial: (states,) the start of all lanes.
+            steps_per_period: as of `predict`.
+
+        Raises:
+            ValueError: no sensible step resolves the model.
+        """
+        added, own = extended.mechanisms[-1], values[:1, : len(self.parameters)]
+        active = [one for one in self.mechanisms if self.acts(one, own)]
+        equation = Equation.of(self.parameters, active, own)
+        whole, nominal, alone = (
+            Equation.of(extended.parameters, acting, values) for acting in ([*active, added], [], [added])
+        )
+        start = np.tile(initial, (len(values), 1))
+        if not acts_as_a_force(added, equation, alone):
+            return extended.predict(stimulus, values, start, steps_per_period)
+        acting = [*active, added]
+        motion = self._move(equation, acting, stimulus, own, start[:1], steps_per_period, planned=whole)
+        departure = Departure(equation, motion.drive, start[:1], nominal, alone)
+        outputs = {name: np.empty((len(values), stimulus.samples)) for name in self.outputs}
+        for lane in range(len(values)):
+            courses = equation.integrate(
+                departure.pushed(lane), motion.every, start[:1], accelerations="acceleration" in self.outputs
+            )
+            moved = extended._at_samples(
+                motion._replace(courses=courses), stimulus, acting, values[lane : lane + 1]
+            )
+            for name, of_lane in moved.items():
+                outputs[name][lane] = of_lane[0]
+        return Prediction(outputs, _diverged(outputs["displacement"]))
+
     def with_values(self, values: FloatArray) -> OscillatorSimulation:
         """Return the same model with `values` (parameters,) as its own."""
         moved = zip(self.parameters, np.asarray(values, dtype=np.float64).tolist(), strict=True)
@@ -119,10 +177,28 @@ class OscillatorSimulation:
         """Return the outputs (lanes, samples) of lanes that share a drive, by name."""
         active = [mechanism for mechanism in self.mechanisms if self.acts(mechanism, values)]
         equation = Equation.of(self.parameters, active, values)
+        motion = self._move(equation, active, stimulus, values, start, steps_per_period, refine)
+        return self._at_samples(motion, stimulus, active, values)
+
+    # 8 parameters because the steps of a motion follow from all of these
+    def _move(  # noqa: PLR0913
+        self,
+        equation: Equation,
+        active: list[OscillatorMechanism],
+        stimulus: Stimulus,
+        values: FloatArray,
+        start: FloatArray,
+        steps_per_period: float | None,
+        refine: int = 1,
+        planned: Equation | None = None,
+    ) -> _Motion:
+        """Return the motion of lanes that share a drive, by steps that resolve it, or those of `planned`."""
         reach = max(stimulus.peak.get("displacement", 0.0), float(np.abs(start[:, 0]).max()), equation.rest())
         how, between = Plan(0, False), 1
         for _ in range(MOST_REFINEMENTS):
-            wanted, instants = self.steps_of(equation, active, stimulus, reach, steps_per_period, refine)
+            wanted, instants = self.steps_of(
+                planned or equation, active, stimulus, reach, steps_per_period, refine
+            )
             check_work(wanted.substeps, stimulus.samples)
             if wanted.splitting == how.splitting and wanted.substeps <= how.substeps:
                 break
@@ -136,12 +212,18 @@ class OscillatorSimulation:
             if "displacement" in stimulus.peak or (_diverged(courses[0]) >= 0).any():
                 break
             reach = max(reach, float(np.abs(courses[0]).max()))
-        step_s = stimulus.period_s / between
+        return _Motion(courses, drive, every, between)
+
+    def _at_samples(
+        self, motion: _Motion, stimulus: Stimulus, active: list[OscillatorMechanism], values: FloatArray
+    ) -> dict[str, FloatArray]:
+        """Return what is read of a motion at the samples, by output."""
         if any(mechanism.sensor is not None for mechanism in active):
-            self._read(courses, step_s, drive, how.substeps // between, active, values)
+            step_s = stimulus.period_s / motion.instants
+            self._read(motion.courses, step_s, motion.drive, motion.every.substeps, active, values)
         return {
-            name: np.ascontiguousarray(course[:, ::between])
-            for name, course in zip(self.outputs, courses, strict=True)
+            name: np.ascontiguousarray(course[:, :: motion.instants])
+            for name, course in zip(self.outputs, motion.courses, strict=True)
         }
 
     # 6 parameters because a record's steps follow from all of these

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 from rtctl.border.arrays import FloatArray, IntArray
 from rtctl.border.mechanisms import Mechanism, Parameter
@@ -125,6 +125,30 @@ class Simulation(Protocol):
 
     def with_values(self, values: FloatArray) -> Simulation:
         """Return the same model with `values` (parameters,) as its own."""
+        ...
+
+
+@runtime_checkable
+class HasDepartures(Protocol):
+    """A simulation that tells cheaply what a mechanism would do which it lacks."""
+
+    def predict_departures(
+        self,
+        extended: Any,
+        stimulus: Stimulus,
+        values: FloatArray,
+        initial: FloatArray,
+        steps_per_period: float | None = None,
+    ) -> Prediction:
+        """Return what `extended` predicts, to the first order in the amplitude of its last mechanism.
+
+        Args:
+            extended: The same with one mechanism more.
+            stimulus: Inputs.
+            values: (lanes, parameters) of `extended`; lanes differ in that mechanism's parameters alone.
+            initial: (states,) at the start of all lanes.
+            steps_per_period: As of `Simulation.predict`.
+        """
         ...
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.mechanisms import Scales
-from rtctl.border.simulation import FreeParameter, Simulation
+from rtctl.border.simulation import FreeParameter, HasDepartures, Prediction, Simulation, Stimulus
 from rtctl.diagnosis.problem.finite_differences import check_differences
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
@@ -140,9 +140,11 @@ def mechanism_sensitivities(
     left = [k for k, direction in enumerate(directions) if direction.record in (ALL, index)]
     for step in problem.subject.difference_steps.sizes if left else ():
         lanes = _lanes(hypothesis, simulation, [directions[k] for k in left], index, step)
-        start = np.tile(hypothesis.start(index), (len(lanes), 1))
+        start = np.asarray(hypothesis.start(index))
         try:
-            run = simulation.predict(record.stimulus, lanes, start, problem.steps_per_period)
+            run = _predict(
+                hypothesis.simulation, simulation, record.stimulus, lanes, start, problem.steps_per_period
+            )
         except ValueError:
             continue
         moved = np.stack([run.outputs[name][:, record.first :] for name in outputs], axis=1)
@@ -155,6 +157,21 @@ def mechanism_sensitivities(
         if not left:
             break
     return slopes
+
+
+# 6 parameters because a prediction takes these
+def _predict(
+    model: Simulation,
+    extended: Simulation,
+    stimulus: Stimulus,
+    lanes: FloatArray,
+    start: FloatArray,
+    steps_per_period: float | None,
+) -> Prediction:
+    """Return what `extended` predicts from `start` (states,): `model` and one mechanism near its neutral value."""
+    if isinstance(model, HasDepartures):
+        return model.predict_departures(extended, stimulus, lanes, start, steps_per_period)
+    return extended.predict(stimulus, lanes, np.tile(start, (len(lanes), 1)), steps_per_period)
 
 
 def _lanes(

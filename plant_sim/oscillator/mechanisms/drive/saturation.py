@@ -65,7 +65,9 @@ MECHANISM = OscillatorMechanism(
     ),
     forms={
         "curvature": "The drive saturates as a magnetisation does (Langevin), with a curvature of {curvature}.",
-        "clipped": "The drive is clipped at {limit}, of either sign: a share of {clipped} of what is beyond does not act.",
+        "clipped": (
+            "The drive is clipped at {limit}, of either sign: a share of {clipped} of what is beyond does not act."
+        ),
     },
     parameters=(
         coefficient(
