@@ -187,26 +187,23 @@ class Equation:
         )
 
     def integrate(
-        self, drive: Driven, how: Plan, start: FloatArray, *, accelerations: bool = False
+        self, drive: Driven, how: Plan, start: FloatArray, acting: FloatArray | None = None
     ) -> list[FloatArray]:
         """Return displacement and velocity (lanes, samples) from `start` (lanes, 2).
 
-        With `accelerations` the acceleration too, just before the drive jumps at a sample.
+        With the drive `acting` (samples,) at the samples, of two values where it jumps there, the acceleration too.
         """
         lanes, samples = self.rows.shape[1], len(drive.nodes) // how.substeps + 1
         z, v = start[:, 0].copy(), start[:, 1].copy()
-        courses = [np.empty((samples, lanes)) for _ in range(3 if accelerations else 2)]
+        courses = [np.empty((samples, lanes)) for _ in range(2 if acting is None else 3)]
         if how.splitting:
             present = {term for term in self.terms if self.rows[TERMS.index(term)].any()}
             split = _splitting(kick_for(present))
             split(z, v, drive.nodes, how.substeps, propagator(self.rows, drive.step_s), *courses[:2])
-            if accelerations:
-                acting = np.concatenate(
-                    (drive.nodes[:1, 0], drive.nodes[how.substeps - 1 :: how.substeps, 2])
-                )
+            if acting is not None:
                 courses[2] = acceleration(self.rows, courses[0], courses[1], acting)
         else:
-            self.march(z, v, drive, how.substeps, courses)
+            self.march(z, v, drive, how.substeps, courses, acting=acting)
         return [_by_lane(course) for course in courses]
 
     @property
@@ -259,6 +256,7 @@ class Equation:
         substeps: int,
         out: Sequence[FloatArray],
         own: FloatArray | None = None,
+        acting: FloatArray | None = None,
     ) -> None:
         """Integrate by RK4; z, v and the states are left at the end of the drive.
 
@@ -269,10 +267,12 @@ class Equation:
             substeps: steps between two samples.
             out: displacement, velocity, and acceleration if it is wanted (samples, lanes), out.
             own: the memories' states (states, lanes); None: `own_start`.
+            acting: drive (samples,) at the samples by which the acceleration is, if that is wanted.
         """
         integrator = self.prepared(drive.step_s)
         states = self.own_start(z, v) if own is None else own
-        integrator(z, v, states, drive.nodes, drive.step_s, substeps, self.rows, *out)
+        of_acceleration = () if acting is None else (np.ascontiguousarray(acting), out[2])
+        integrator(z, v, states, drive.nodes, drive.step_s, substeps, self.rows, *out[:2], *of_acceleration)
 
 
 def _by_lane(course: FloatArray) -> FloatArray:

@@ -43,6 +43,8 @@ class _Motion(NamedTuple):
     """Steps from one of these instants to the next."""
     instants: int
     """Instants in a sample period."""
+    acting: FloatArray | None
+    """Drive (n,) at all instants by which the acceleration is; None: that is no output."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -125,9 +127,7 @@ class OscillatorSimulation:
         departure = Departure(equation, motion.drive, start[:1], nominal, alone)
         outputs = {name: np.empty((len(values), stimulus.samples)) for name in self.outputs}
         for lane in range(len(values)):
-            courses = equation.integrate(
-                departure.pushed(lane), motion.every, start[:1], accelerations="acceleration" in self.outputs
-            )
+            courses = equation.integrate(departure.pushed(lane), motion.every, start[:1], motion.acting)
             moved = extended._at_samples(
                 motion._replace(courses=courses), stimulus, acting, values[lane : lane + 1]
             )
@@ -203,16 +203,21 @@ class OscillatorSimulation:
             if wanted.splitting == how.splitting and wanted.substeps <= how.substeps:
                 break
             how, between = wanted, instants
-            drive = self._drive(stimulus, active, values[0], how.substeps)
+            whole = self._drive(stimulus, active, values[0], how.substeps)
             count_work(
                 len(values) * stimulus.samples * (STEPS_OF_A_READING + how.substeps * equation.step_cost)
             )
             every = how._replace(substeps=how.substeps // between)
-            courses = equation.integrate(drive, every, start, accelerations="acceleration" in self.outputs)
+            drive, acting = whole, None
+            if "acceleration" in self.outputs:
+                drive, acting = _acting_at(
+                    whole, every.substeps, stimulus.samples, between, stimulus.after_jump
+                )
+            courses = equation.integrate(drive, every, start, acting)
             if "displacement" in stimulus.peak or (_diverged(courses[0]) >= 0).any():
                 break
             reach = max(reach, float(np.abs(courses[0]).max()))
-        return _Motion(courses, drive, every, between)
+        return _Motion(courses, drive, every, between, acting)
 
     def _at_samples(
         self, motion: _Motion, stimulus: Stimulus, active: list[OscillatorMechanism], values: FloatArray
@@ -284,6 +289,7 @@ class OscillatorSimulation:
     def _drive(
         self, stimulus: Stimulus, active: list[OscillatorMechanism], values: FloatArray, count: int
     ) -> Driven:
+        """Return the drive that acts, beyond the last sample too where an acceleration is read after a jump there."""
         sampled = Sampled(
             stimulus.inputs["drive"],
             stimulus.period_s,
@@ -293,7 +299,9 @@ class OscillatorSimulation:
         for mechanism in sorted(active, key=lambda one: one.stage):
             if mechanism.input is not None:
                 sampled = mechanism.input(sampled, self.values_of(mechanism, values))
-        driven = Driven(cached(stimulus, sampled, count), stimulus.period_s / count)
+        jumps = "zero" in (sampled.hold, *(hold for hold, _ in sampled.blend))
+        beyond = int(jumps and stimulus.after_jump and "acceleration" in self.outputs)
+        driven = Driven(cached(stimulus, sampled, count, beyond=beyond), stimulus.period_s / count)
         for mechanism in sorted(active, key=lambda one: one.stage):
             if mechanism.drive is not None:
                 driven = mechanism.drive(driven, self.values_of(mechanism, values))
@@ -335,6 +343,20 @@ class OscillatorSimulation:
             for k, parameter in enumerate(self.parameters)
             if parameter.mechanism == mechanism.id
         }
+
+
+def _acting_at(
+    drive: Driven, substeps: int, samples: int, instants: int, after_jump: bool
+) -> tuple[Driven, FloatArray]:
+    """Return the drive from the first sample to the last, and what of it acts at the instants, `substeps` apart."""
+    steps = (samples - 1) * instants * substeps
+    within, beyond = drive.nodes[:steps], drive.nodes[steps:]
+    if after_jump:
+        last = beyond[:1, 0] if len(beyond) else within[-1:, 2]
+        acting = np.concatenate((within[::substeps, 0], last))
+    else:
+        acting = np.concatenate((within[:1, 0], within[substeps - 1 :: substeps, 2]))
+    return drive._replace(nodes=within), acting
 
 
 def _neutral(neutral: float | None, default: float | None) -> float:

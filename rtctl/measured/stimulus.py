@@ -8,22 +8,27 @@ import numpy as np
 
 from rtctl.border.simulation import Stimulus
 from rtctl.measured.dataset import Record
+from rtctl.measured.jump_reading import reads_after_jump
 
 
 def make_stimulus(record: Record, holds: Mapping[str, str]) -> Stimulus:
     """Return the inputs of `record` with the dataset's `holds`, and the size and start of the motion.
 
-    It starts at rest at its first sample's displacement, unless the record says otherwise.
+    It starts at rest at its first sample's displacement, unless the record says otherwise. Whether an acceleration
+    is read after the drive jumps at its row is what the readings show.
     """
     measured = {name: values for name, values in record.signals.items() if name not in holds}
     rest = {name: float(measured[name][0]) for name in ("displacement",) if name in measured}
+    inputs = {name: record.signals[name] for name in holds if record.has(name)}
+    jumps = "drive" in inputs and "acceleration" in measured and not record.is_sweep
     return Stimulus(
-        inputs={name: record.signals[name] for name in holds if record.has(name)},
+        inputs=inputs,
         holds=dict(holds),
         period_s=record.period_s,
         count=record.samples,
         initial=rest | dict(record.initial),
         read=frozenset(rest.keys() - record.initial.keys()),
         peak={name: float(np.abs(values).max()) for name, values in measured.items()},
+        after_jump=jumps and reads_after_jump(inputs["drive"], measured["acceleration"]),
         swing={name: 0.5 * float(np.ptp(values)) for name, values in measured.items()},
     )

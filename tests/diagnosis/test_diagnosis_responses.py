@@ -18,7 +18,16 @@ UNITS = {"velocity": ("mm/s", 1.0), "acceleration": ("m/s^2", 1e-3)}
 NOISE = 0.01
 
 
-def write(folder: Path, plant: Simulation, response: str, hold: str, offset: float = 0.0) -> Path:
+# 6 parameters because that is what records differ by
+def write(
+    folder: Path,
+    plant: Simulation,
+    response: str,
+    hold: str,
+    offset: float = 0.0,
+    *,
+    after_jump: bool = False,
+) -> Path:
     """Three records at rest, the last one a test; `offset` over the response's RMS. The manifest's path."""
     unit, factor = UNITS[response]
     text = '[dataset]\nname = "bench"\nplant = "oscillator"\n'
@@ -29,7 +38,10 @@ def write(folder: Path, plant: Simulation, response: str, hold: str, offset: flo
     for seed, use in ((1, "fit"), (2, "fit"), (3, "test")):
         drive = noise_drive(seed, 9.0)
         run = plant.predict(
-            Stimulus(inputs={"drive": drive}, holds={"drive": hold}, period_s=PERIOD_S), values
+            Stimulus(
+                inputs={"drive": drive}, holds={"drive": hold}, period_s=PERIOD_S, after_jump=after_jump
+            ),
+            values,
         )
         reading = factor * run.outputs[response][0]
         noise = np.random.default_rng(seed + 100).standard_normal(len(drive))
@@ -62,18 +74,34 @@ def test_friction_is_found_by_any_response(tmp_path: Path, response: str, hold: 
         )
 
 
+@pytest.mark.parametrize("after_jump", [False, True], ids=["before", "after"])
+def test_an_acceleration_on_either_side_of_a_jump_is_no_effect(tmp_path: Path, after_jump: bool) -> None:
+    """Most simulations write that after it, `f(x, u[k])`; it was told as a skew and a lag."""
+    manifest = write(tmp_path, device(), "acceleration", "zero", after_jump=after_jump)
+    model = tmp_path / "model.toml"
+    assert main(["identify", str(manifest), "--out", str(model), "--quiet", "--no-plot"]) == 0
+    found = json_of(manifest, model, "timing.skew,sensor.lag,drive.lag,stiffness.viscoelastic")
+    assert found["verdict"] == "adequate"
+    said = [one for one in found["warnings"] if "just after the held drive jumps" in one]
+    assert len(said) == int(after_jump)
+
+
 @pytest.mark.slow
-def test_a_stop_is_found_where_the_motion_passes_also_by_its_velocity(tmp_path: Path) -> None:
-    """Places are tried by the displacement, of which a velocity tells the size alone."""
+@pytest.mark.parametrize("response", ["velocity", "acceleration"])
+def test_a_stop_is_found_where_the_motion_passes_also_by_its_velocity_or_acceleration(
+    tmp_path: Path, response: str
+) -> None:
+    """Places are tried by the displacement, of which these tell the size alone."""
     parameters = {"above": {"value": 3e4, "unit": "1/s^2"}, "place": {"value": 0.5, "unit": "mm"}}
     stop = {"id": "stop.one_sided", "parameters": parameters}
-    manifest = write(tmp_path, device(stop), "velocity", "linear")
+    manifest = write(tmp_path, device(stop), response, "linear")
     (tmp_path / "model.toml").write_text(MODEL)
     ids = "stop.one_sided,stiffness.cubic,stiffness.quadratic"
     found = json_of(manifest, tmp_path / "model.toml", ids)
     (cause,) = found["causes"]
     assert cause["id"] == "stop.one_sided"
-    assert cause["parameters"]["place"]["value"] == pytest.approx(0.5, rel=0.01)
+    place = cause["parameters"]["place"]
+    assert convert(place["value"], place["unit"], "mm") == pytest.approx(0.5, rel=0.01)
 
 
 @pytest.mark.slow

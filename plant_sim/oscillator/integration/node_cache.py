@@ -18,27 +18,33 @@ _kept: OrderedDict[tuple[object, ...], tuple[weakref.ref[Stimulus], FloatArray]]
 _lock = threading.Lock()
 
 
-def cached(stimulus: Stimulus, drive: Sampled, substeps: int, name: str = "drive") -> FloatArray:
-    """Return the input `name` (steps, 3) at the integrator's instants; not to be written to.
+def cached(
+    stimulus: Stimulus, drive: Sampled, substeps: int, name: str = "drive", beyond: int = 0
+) -> FloatArray:
+    """Return the input `name` (steps, 3) at the integrator's instants, to `beyond` samples after the last.
+
+    It is not to be written to.
 
     Of a blend its holds are kept: its weights are what a fit changes.
     """
     if drive.blend:
-        declared = cached(stimulus, drive._replace(blend=()), substeps, name)
+        declared = cached(stimulus, drive._replace(blend=()), substeps, name, beyond)
         made = declared.copy()
         for hold, weight in drive.blend:
-            other = cached(stimulus, drive._replace(hold=hold, blend=()), substeps, name)
+            other = cached(stimulus, drive._replace(hold=hold, blend=()), substeps, name, beyond)
             _move_towards(made, weight, other, declared)
         return made
-    key = (id(stimulus), name, drive.hold, drive.delay_s, substeps)
+    key = (id(stimulus), name, drive.hold, drive.delay_s, substeps, beyond)
     with _lock:
         kept = _kept.get(key)
         if kept is not None and kept[0]() is stimulus:
             _kept.move_to_end(key)
             return kept[1]
-    known = np.concatenate((drive.samples, drive.onward))
-    made = nodes(known, drive.hold, substeps, drive.delay_s / drive.period_s)
-    made = made[: (len(drive.samples) - 1) * substeps]
+    onward = drive.onward if len(drive.onward) or not beyond else drive.samples[-1:]
+    made = nodes(
+        np.concatenate((drive.samples, onward)), drive.hold, substeps, drive.delay_s / drive.period_s
+    )
+    made = made[: (len(drive.samples) - 1 + beyond) * substeps]
     made.setflags(write=False)
     with _lock:
         for gone in [old for old, (owner, _) in _kept.items() if owner() is None]:

@@ -45,7 +45,7 @@ impulse: Any = no_impulse
 damping: Any = no_impulse
 
 
-# 10 parameters because a compiled template takes its arrays one by one
+# 11 parameters because a compiled template takes its arrays one by one
 def rk4(  # noqa: PLR0913
     z: Any,
     v: Any,
@@ -56,6 +56,7 @@ def rk4(  # noqa: PLR0913
     p: Any,
     out_z: Any,
     out_v: Any,
+    acting: Any = None,
     out_a: Any = None,
 ) -> None:
     """March all lanes through the record; row 0 of the outputs is the start.
@@ -70,7 +71,8 @@ def rk4(  # noqa: PLR0913
         p: coefficients (rows, lanes).
         out_z: displacement (samples, lanes) at the samples.
         out_v: velocity (samples, lanes) at the samples.
-        out_a: acceleration (samples, lanes) at the samples, just before the drive jumps there; None: not wanted.
+        acting: drive (samples,) at the samples by which the acceleration is: of two values where it jumps there.
+        out_a: acceleration (samples, lanes) at the samples; None: not wanted.
     """
     lanes = z.shape[0]
     half, sixth = 0.5 * h, h / 6.0
@@ -78,7 +80,7 @@ def rk4(  # noqa: PLR0913
     for j in range(lanes):
         out_z[0, j], out_v[0, j] = z[j], v[j]
         if out_a is not None:
-            out_a[0, j] = felt(z[j], v[j], nodes[0, 0], 0.0, load(ZEROS, w, j), p, j)
+            out_a[0, j] = felt(z[j], v[j], acting[0], 0.0, load(ZEROS, w, j), p, j)
         v[j] += impulse(z[j], p, j)
     row, until_sample = 1, substeps
     for i in range(nodes.shape[0]):
@@ -113,7 +115,7 @@ def rk4(  # noqa: PLR0913
             for j in range(lanes):
                 out_z[row, j], out_v[row, j] = z[j], v[j] - impulse(z[j], p, j)
                 if out_a is not None:
-                    out_a[row, j] = felt(z[j], out_v[row, j], u4, t + h, load(ZEROS, w, j), p, j)
+                    out_a[row, j] = felt(z[j], out_v[row, j], acting[row], t + h, load(ZEROS, w, j), p, j)
             row += 1
     for j in range(lanes):
         v[j] -= impulse(z[j], p, j)

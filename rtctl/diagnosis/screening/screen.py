@@ -20,6 +20,7 @@ from rtctl.diagnosis.thresholds import Thresholds
 from rtctl.measured.dataset import Dataset
 
 NO_SIGNAL = "no record to fit has a {0}: the diagnosis used the {1} alone"
+AFTER_JUMP = ", whose rows are read just after the held drive jumps at them, as the readings show"
 OF_LOGARITHM = ", and the gain is that of the {}'s logarithm"
 NOT_AT_REST = (
     "{} of {} records do not begin at rest in their first current: the temperature at which they begin was taken from "
@@ -62,10 +63,11 @@ def screen_dataset(
         signal = subject.required_signal
         if signal == usual_signal:
             return records._replace(notes=())
-        missing = NO_SIGNAL.format(usual_signal, signal)
-        return records._replace(
-            notes=(missing + (OF_LOGARITHM.format(signal) if subject.output != signal else ""),)
-        )
+        note = NO_SIGNAL.format(usual_signal, signal)
+        note += OF_LOGARITHM.format(signal) if subject.output != signal else ""
+        held = "zero" in dataset.holds.values()
+        after = held and any(one.stimulus.after_jump for one in records.fit)
+        return records._replace(notes=(note + (AFTER_JUMP if after else ""),))
 
     def skip_what_history_decides(records: Screened) -> Screened:
         if subject.is_steady:
