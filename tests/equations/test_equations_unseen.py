@@ -34,3 +34,7 @@ def test_an_effect_that_makes_another_device_beyond_some_size_stays_below_it() -
     broken = size_that_shows(lambda size: 8.0 * size if size < 0.45 else 1200.0)
     assert 8.0 * broken <= MOST_SHOWN
     assert 0.4 < broken < 0.45  # shows nothing like 12, and as much as it can
+
+
+def test_an_effect_that_shows_much_at_any_size_is_taken_at_that_which_shows_least() -> None:
+    assert size_that_shows(lambda size: 2e3 * (1.0 + size)) == pytest.approx(1e-4, rel=5.0)

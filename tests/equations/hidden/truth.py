@@ -130,7 +130,10 @@ def size_that_shows(shown: Callable[[float], float]) -> float:
         below = max((one for one, by in tried.items() if by <= MOST_SHOWN), default=0.1 * above)
         size = 0.5 * (below + above)
         tried[size] = shown(size)
-    return size if tried[size] <= MOST_SHOWN else max(one for one, by in tried.items() if by <= MOST_SHOWN)
+    if tried[size] <= MOST_SHOWN:
+        return size
+    least = min(tried, key=lambda one: tried[one])  # every size shows more
+    return max((one for one, by in tried.items() if by <= MOST_SHOWN), default=least)
 
 
 def hidden(
