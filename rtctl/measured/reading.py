@@ -14,11 +14,12 @@ from rtctl.measured.dataset import FREQUENCY, Dataset, Record
 from rtctl.measured.manifest.findings import Findings
 from rtctl.measured.manifest.schema import RecordTable, read_manifest
 from rtctl.measured.readers import READERS, suffix_of
-from rtctl.measured.record_reading import Reading
-from rtctl.measured.record_reading import check_record as check_record_in_time
-from rtctl.measured.record_reading import read_record as read_record_in_time
+from rtctl.measured.records.jump_reading import read_alike
+from rtctl.measured.records.record_reading import Reading
+from rtctl.measured.records.record_reading import check_record as check_record_in_time
+from rtctl.measured.records.record_reading import read_record as read_record_in_time
+from rtctl.measured.records.sweep_reading import check_sweep, read_sweep
 from rtctl.measured.stored import RecordHead, StoredDataset
-from rtctl.measured.sweep_reading import check_sweep, read_sweep
 from rtctl.registry import plant_kind
 
 
@@ -40,7 +41,7 @@ def read_dataset(path: str | Path) -> Dataset:
         identity=reading.manifest.dataset.identity,
         units=units,
         holds=holds,
-        records=tuple(record for record in records if record is not None),
+        records=read_alike([record for record in records if record is not None]),
         incomplete=reading.manifest.dataset.incomplete,
         remarks=reading.findings.remarks,
     )

@@ -8,7 +8,7 @@ import numpy as np
 
 from rtctl.border.simulation import Stimulus
 from rtctl.measured.dataset import Record
-from rtctl.measured.jump_reading import reads_after_jump
+from rtctl.measured.records.jump_reading import is_read_after_jump
 
 
 def make_stimulus(record: Record, holds: Mapping[str, str]) -> Stimulus:
@@ -20,7 +20,6 @@ def make_stimulus(record: Record, holds: Mapping[str, str]) -> Stimulus:
     measured = {name: values for name, values in record.signals.items() if name not in holds}
     rest = {name: float(measured[name][0]) for name in ("displacement",) if name in measured}
     inputs = {name: record.signals[name] for name in holds if record.has(name)}
-    jumps = "drive" in inputs and "acceleration" in measured and not record.is_sweep
     return Stimulus(
         inputs=inputs,
         holds=dict(holds),
@@ -29,6 +28,6 @@ def make_stimulus(record: Record, holds: Mapping[str, str]) -> Stimulus:
         initial=rest | dict(record.initial),
         read=frozenset(rest.keys() - record.initial.keys()),
         peak={name: float(np.abs(values).max()) for name, values in measured.items()},
-        after_jump=jumps and reads_after_jump(inputs["drive"], measured["acceleration"]),
+        after_jump=is_read_after_jump([record]) if record.after_jump is None else record.after_jump,
         swing={name: 0.5 * float(np.ptp(values)) for name, values in measured.items()},
     )

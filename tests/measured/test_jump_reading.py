@@ -11,7 +11,7 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Stimulus
 from rtctl.measured.dataset import Record
-from rtctl.measured.jump_reading import reads_after_jump
+from rtctl.measured.records.jump_reading import read_alike, reads_after_jump
 from rtctl.measured.stimulus import make_stimulus
 
 PERIOD_S, RATE, DAMPING, GAIN = 1e-3, 200.0, 8.0, 30.0
@@ -48,13 +48,13 @@ def test_the_readings_show_on_which_side_of_a_jump_they_are(highest: float, nois
     u = drive(2000, highest)
     for side, a in accelerations(u).items():
         read = a + noise * a.std() * np.random.default_rng(2).standard_normal(len(a))
-        assert reads_after_jump(u, read) == (side == "after")
+        assert reads_after_jump([(u, read)]) == (side == "after")
 
 
 def test_what_a_drive_leaks_into_a_reading_is_no_reading_after_the_jump() -> None:
     u = drive(2000, 0.3)
     before = accelerations(u)["before"]
-    assert not reads_after_jump(u, before + 0.2 * GAIN * u)
+    assert not reads_after_jump([(u, before + 0.2 * GAIN * u)])
 
 
 @pytest.mark.parametrize(
@@ -68,7 +68,19 @@ def test_what_a_drive_leaks_into_a_reading_is_no_reading_after_the_jump() -> Non
     ids=["no drive", "few rows", "no numbers", "no motion"],
 )
 def test_what_cannot_be_seen_is_taken_for_before_the_jump(u: FloatArray, a: FloatArray) -> None:
-    assert not reads_after_jump(u, a)
+    assert not reads_after_jump([(u, a)])
+
+
+def test_records_of_one_instrument_are_read_alike() -> None:
+    """A slow drive's record alone cannot tell, and would be simulated otherwise than the others."""
+    records = []
+    for name, highest, noise in (("fast", 0.3, 0.01), ("slow", 0.02, 0.2)):
+        u = drive(2000, highest)
+        a = accelerations(u)["after"]
+        read = a + noise * a.std() * np.random.default_rng(2).standard_normal(len(a))
+        records.append(Record(name=name, period_s=PERIOD_S, signals={"drive": u, "acceleration": read}))
+    assert [make_stimulus(one, {"drive": "zero"}).after_jump for one in records] == [True, False]
+    assert [make_stimulus(one, {"drive": "zero"}).after_jump for one in read_alike(records)] == [True, True]
 
 
 @pytest.mark.parametrize("side", ["before", "after"])

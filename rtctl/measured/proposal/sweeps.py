@@ -28,8 +28,8 @@ from rtctl.measured.proposal.naming.column_units import (
 )
 from rtctl.measured.proposal.proposal import Answers, Open, Proposal, RecordGuess, SignalGuess, TimeGuess
 from rtctl.measured.proposal.survey import Survey
+from rtctl.measured.records.sweep_reading import LEAST_ROWS
 from rtctl.measured.stated_unit import stated_amplitude
-from rtctl.measured.sweep_reading import LEAST_ROWS
 from rtctl.measured.units import same_unit
 from rtctl.registry import plant_kind
 

@@ -14,7 +14,7 @@ from rtctl.measured.amplitude_unit import AmplitudeUnit
 from rtctl.measured.columns.conversion import check_finite, rows_text
 from rtctl.measured.dataset import FREQUENCY, SWEEP_PERIOD_S, Record
 from rtctl.measured.manifest.schema import RecordTable, SignalTable
-from rtctl.measured.record_reading import Reading
+from rtctl.measured.records.record_reading import Reading
 from rtctl.measured.stated_unit import column_amplitude, converted_amplitude, told_amplitude
 from rtctl.measured.units import convert_column
 from rtctl.registry import plant_kind
