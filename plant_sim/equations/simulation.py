@@ -226,18 +226,26 @@ class _Run:
             nodes = cache(inputs._replace(late_s=late_s).nodes)
             marching = Marching(system, self.stimulus, nodes, start, p, sizes, self.steps_per_period)
             motion = marching.move(self.refine, between=any(m.law and m.law.looks_between for m in sensing))
-            outputs = self._read(system, motion, nodes(motion.substeps), p, sensing, by_lane)
+            last = dict[str, FloatArray]()
+            if self.stimulus.after_jumps:
+                last = dict.fromkeys(
+                    self.stimulus.after_jumps,
+                    inputs._replace(late_s=late_s).after_the_last(motion.substeps),
+                )
+            outputs = self._read(system, motion, nodes(motion.substeps), p, sensing, by_lane, last)
             gone = np.where(gone < 0, _diverged(motion, outputs), gone)
             found |= {name: course for name, course in outputs.items() if late.get(name, 0.0) == late_s}
         return found, gone
 
     def _read(
         self, system: System, motion: Motion, nodes: FloatArray, p: FloatArray, sensing: list[EquationsMechanism],
-        by_lane: list[dict[str, float]],
+        by_lane: list[dict[str, float]], after_jumps: dict[str, FloatArray],
     ) -> dict[str, FloatArray]:  # fmt: skip
         """Return outputs and states (lanes, samples) as instruments read them."""
         own, step_s = self.simulation, self.stimulus.period_s / motion.between
-        found = read_outputs(system, motion, nodes, p, step_s, own.output_factors, len(own.system.states))
+        found = read_outputs(
+            system, motion, nodes, p, step_s, own.output_factors, len(own.system.states), after_jumps
+        )
         for name in {mechanism.signal for mechanism in sensing}:
             for lane, values in enumerate(by_lane):
                 acting = [values_of(one, values) for one in sensing if one.signal == name]

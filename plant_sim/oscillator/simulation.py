@@ -211,7 +211,7 @@ class OscillatorSimulation:
             drive, acting = whole, None
             if "acceleration" in self.outputs:
                 drive, acting = _acting_at(
-                    whole, every.substeps, stimulus.samples, between, stimulus.after_jump
+                    whole, every.substeps, stimulus.samples, between, "acceleration" in stimulus.after_jumps
                 )
             courses = equation.integrate(drive, every, start, acting)
             if "displacement" in stimulus.peak or (_diverged(courses[0]) >= 0).any():
@@ -300,7 +300,7 @@ class OscillatorSimulation:
             if mechanism.input is not None:
                 sampled = mechanism.input(sampled, self.values_of(mechanism, values))
         jumps = "zero" in (sampled.hold, *(hold for hold, _ in sampled.blend))
-        beyond = int(jumps and stimulus.after_jump and "acceleration" in self.outputs)
+        beyond = int(jumps and "acceleration" in stimulus.after_jumps and "acceleration" in self.outputs)
         driven = Driven(cached(stimulus, sampled, count, beyond=beyond), stimulus.period_s / count)
         for mechanism in sorted(active, key=lambda one: one.stage):
             if mechanism.drive is not None:

@@ -31,8 +31,8 @@ class Stimulus:
     onward: Mapping[str, FloatArray] = field(default_factory=dict)
     """Known samples (m,) of an input after these: a band-limited one depends on them."""
 
-    after_jump: bool = False
-    """Whether an acceleration is read just after the drive jumps at its sample, and not just before."""
+    after_jumps: frozenset[str] = frozenset()
+    """Outputs that are read just after an input jumps at their sample, and not just before."""
 
     guide: Mapping[str, FloatArray] = field(default_factory=dict)
     """Measured outputs by which a simulation chooses among motions that all settle; empty: the rows before decide."""

@@ -68,7 +68,7 @@ class FitRecord:
                 count=end - begin,
                 peak=whole.peak,
                 swing=whole.swing,
-                after_jump=whole.after_jump,
+                after_jumps=whole.after_jumps,
             ),
             measured={name: values[begin:end] for name, values in self.measured.items()},
             begin=self.begin + begin,

@@ -70,8 +70,8 @@ class Record:
     conditions: Mapping[str, Any] = field(default_factory=dict)
     initial: Mapping[str, float] = field(default_factory=dict)
     """State at the first sample where it is not at rest, in the signals' units."""
-    after_jump: bool | None = None
-    """Whether an acceleration is read just after the drive jumps at its row; None: this record's readings tell."""
+    after_jumps: frozenset[str] | None = None
+    """Outputs that are read just after an input jumps at their row; None: this record's readings tell."""
 
     def __post_init__(self) -> None:
         if not self.period_s > 0.0:

@@ -41,7 +41,7 @@ def read_dataset(path: str | Path) -> Dataset:
         identity=reading.manifest.dataset.identity,
         units=units,
         holds=holds,
-        records=read_alike([record for record in records if record is not None]),
+        records=read_alike([record for record in records if record is not None], holds),
         incomplete=reading.manifest.dataset.incomplete,
         remarks=reading.findings.remarks,
     )

@@ -8,14 +8,14 @@ import numpy as np
 
 from rtctl.border.simulation import Stimulus
 from rtctl.measured.dataset import Record
-from rtctl.measured.records.jump_reading import is_read_after_jump
+from rtctl.measured.records.jump_reading import find_after_jumps
 
 
 def make_stimulus(record: Record, holds: Mapping[str, str]) -> Stimulus:
     """Return the inputs of `record` with the dataset's `holds`, and the size and start of the motion.
 
-    It starts at rest at its first sample's displacement, unless the record says otherwise. Whether an acceleration
-    is read after the drive jumps at its row is what the readings show.
+    It starts at rest at its first sample's displacement, unless the record says otherwise. Whether an output is read
+    after an input jumps at its row is what the readings show.
     """
     measured = {name: values for name, values in record.signals.items() if name not in holds}
     rest = {name: float(measured[name][0]) for name in ("displacement",) if name in measured}
@@ -28,6 +28,6 @@ def make_stimulus(record: Record, holds: Mapping[str, str]) -> Stimulus:
         initial=rest | dict(record.initial),
         read=frozenset(rest.keys() - record.initial.keys()),
         peak={name: float(np.abs(values).max()) for name, values in measured.items()},
-        after_jump=is_read_after_jump([record]) if record.after_jump is None else record.after_jump,
+        after_jumps=find_after_jumps([record], holds) if record.after_jumps is None else record.after_jumps,
         swing={name: 0.5 * float(np.ptp(values)) for name, values in measured.items()},
     )

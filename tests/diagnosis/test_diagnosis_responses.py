@@ -39,7 +39,10 @@ def write(
         drive = noise_drive(seed, 9.0)
         run = plant.predict(
             Stimulus(
-                inputs={"drive": drive}, holds={"drive": hold}, period_s=PERIOD_S, after_jump=after_jump
+                inputs={"drive": drive},
+                holds={"drive": hold},
+                period_s=PERIOD_S,
+                after_jumps=frozenset({"acceleration"}) if after_jump else frozenset(),
             ),
             values,
         )

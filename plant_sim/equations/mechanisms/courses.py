@@ -52,7 +52,14 @@ class Inputs(NamedTuple):
             made[:, :, own + k] = _linear(samples, substeps)
         return made
 
-    def _nodes_of(self, name: str, substeps: int) -> FloatArray:
+    def after_the_last(self, substeps: int) -> FloatArray:
+        """Return the inputs (inputs,) [SI] just after the last sample, were they to go on as they are there."""
+        made = np.zeros(len(self.system.inputs) + self.idle)
+        for k, source in enumerate(self.system.inputs):
+            made[k] = self.factors[k] * self._nodes_of(source.name, substeps, beyond=1)[-substeps, 0]
+        return made
+
+    def _nodes_of(self, name: str, substeps: int, beyond: int = 0) -> FloatArray:
         stimulus = self.stimulus
         sampled = Sampled(
             stimulus.inputs[name], stimulus.period_s, stimulus.holds.get(name, "linear"), -self.late_s,
@@ -65,7 +72,7 @@ class Inputs(NamedTuple):
         for one in own:
             if one.mechanism.law and one.mechanism.law.input is not None:
                 sampled = one.mechanism.law.input(sampled, one.values)
-        driven = Driven(cached(stimulus, sampled, substeps, name), stimulus.period_s / substeps)
+        driven = Driven(cached(stimulus, sampled, substeps, name, beyond), stimulus.period_s / substeps)
         for one in own:
             if one.mechanism.law and one.mechanism.law.drive is not None:
                 driven = one.mechanism.law.drive(driven, one.values)

@@ -66,7 +66,7 @@ def screen_dataset(
         note = NO_SIGNAL.format(usual_signal, signal)
         note += OF_LOGARITHM.format(signal) if subject.output != signal else ""
         held = "zero" in dataset.holds.values()
-        after = held and any(one.stimulus.after_jump for one in records.fit)
+        after = held and any(signal in one.stimulus.after_jumps for one in records.fit)
         return records._replace(notes=(note + (AFTER_JUMP if after else ""),))
 
     def skip_what_history_decides(records: Screened) -> Screened:

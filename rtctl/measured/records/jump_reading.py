@@ -1,13 +1,15 @@
-"""Whether rows of an acceleration are read just after a held drive jumps at them, or just before.
+"""Whether rows of an output are read just after a held input jumps at them, or just before.
 
-A converter that writes its output and then reads its input, and most simulations, give the acceleration after the jump:
-z''(k) has the drive of row k. Read before it, z''(k) has that of row k - 1. The difference is gain times the jump: a
-few percent of the motion where a drive is finely sampled, all of it where it is noise. A linear predictor of row k,
+A converter that writes its output and then reads its input, and most simulations, give what follows the jump: y(k) has
+the u of row k. Read before it, y(k) has that of row k - 1. Where an output takes its input at once, as an acceleration
+or the current of a resistor do, the difference is a few percent of it where the input is finely sampled, and all of it
+where that is noise. A linear predictor of row k,
 
-    a(k) = sum_{i=1..n} c_i a(k-i) + sum_{i=0..n} b_i u(k-i) + c
+    y(k) = sum_{i=1..n} c_i y(k-i) + sum_{i=0..n} b_i u(k-i) + c
 
 tells them apart: of a step of u its answer in the first row is b_0, in the second b_0 (1 + c_1) + b_1. After the jump
-both are near to the gain; before it the first is none. What a drive leaks into a reading is less than half the gain.
+both are near to what y takes of u at once; before it the first is none. What an input leaks into a reading is less than
+half of that. An output that takes no input at once has no answer in the first row.
 
 Reference: L. Ljung, System Identification, 1999, section 4.2 (ARX models).
 """
@@ -15,7 +17,7 @@ Reference: L. Ljung, System Identification, 1999, section 4.2 (ARX models).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -30,6 +32,8 @@ MOST_ROWS = 20_000
 """Rows that are looked at: more know it no better."""
 LEAST_SIGNIFICANCE = 5.0
 """Standard errors of b_0 from which it is there."""
+NEVER_AT_ONCE = frozenset({"displacement", "velocity", "resistance", "deflection"})
+"""Outputs of an oscillator and a vo2 that take no input at once."""
 LEAST_SHARE = 0.5
 """Least part of the answer's second row that its first has, after a jump."""
 
@@ -45,59 +49,76 @@ class Answer(NamedTuple):
     """Standard error of `first`."""
 
 
-def reads_after_jump(records: Iterable[tuple[FloatArray, FloatArray]]) -> bool:
-    """Return whether rows of an acceleration already have the drive of their own row.
+def reads_after_jump(records: Iterable[tuple[Sequence[FloatArray], FloatArray]]) -> bool:
+    """Return whether rows of an output already have an input of their own row.
 
     Args:
-        records: drive (n,) and acceleration (n,) of each record, read in the same way. The more one tells, the more it
+        records: inputs (n,) and output (n,) of each record, read in the same way. The more one tells, the more it
             counts.
     """
-    found = [answer for drive, read in records if (answer := answer_to_a_step(drive, read)) is not None]
-    if not found:
-        return False
-    first, second, error = np.array(found).T
+    answers = [found for inputs, output in records if (found := answers_to_steps(inputs, output))]
+    return any(
+        _is_at_once([of_record[k] for of_record in answers]) for k in range(len(answers[0]) if answers else 0)
+    )
+
+
+def _is_at_once(answers: Sequence[Answer]) -> bool:
+    """Return whether the answer to an input, of all records together, is there in the first row."""
+    first, second, error = np.array(answers).T
     weight = 1.0 / np.maximum(error, 1e-9 * np.abs(second) + 1e-300) ** 2
+    if not np.sum(weight) > 0.0:
+        return False
     mean, after = (float(np.sum(weight * one) / np.sum(weight)) for one in (first, second))
     return abs(mean) > LEAST_SIGNIFICANCE / math.sqrt(np.sum(weight)) and abs(mean) > LEAST_SHARE * abs(after)
 
 
-def answer_to_a_step(drive: FloatArray, acceleration: FloatArray) -> Answer | None:
-    """Return what rows have of a step; None where a record cannot tell."""
-    u, a = drive[:MOST_ROWS], acceleration[:MOST_ROWS]
-    rows, columns = len(a) - ORDER, 2 * ORDER + 2
-    if (
-        rows < 4 * columns
-        or not (np.isfinite(a).all() and np.isfinite(u).all())
-        or not min(np.ptp(u), np.ptp(a)) > 0.0
-    ):
-        return None
-    past = [a[ORDER - i : len(a) - i] for i in range(1, ORDER + 1)]
-    driven = [u[ORDER - i : len(u) - i] for i in range(ORDER + 1)]
-    table = np.column_stack([*past, *driven, np.ones(rows)])
+def answers_to_steps(inputs: Sequence[FloatArray], output: FloatArray) -> list[Answer]:
+    """Return what rows have of a step of each input; empty where a record cannot tell."""
+    y, driven = output[:MOST_ROWS], [one[:MOST_ROWS] for one in inputs]
+    rows, columns = len(y) - ORDER, (1 + len(driven)) * (ORDER + 1)
+    finite = all(np.isfinite(one).all() for one in (y, *driven))
+    moving = [bool(np.ptp(one) > 0.0) for one in driven]
+    if rows < 4 * columns or not finite or not np.ptp(y) > 0.0 or not any(moving):
+        return []
+    past = [y[ORDER - i : len(y) - i] for i in range(1, ORDER + 1)]
+    lagged = [one[ORDER - i : len(y) - i] for one in driven for i in range(ORDER + 1)]
+    table = np.column_stack([*past, *lagged, np.ones(rows)])
     sizes = np.sqrt(np.mean(table**2, axis=0))
     sizes[sizes == 0.0] = 1.0
     vectors, values, weights = np.linalg.svd(table / sizes, full_matrices=False)
     inverse = np.where(values > 1e-12 * values[0], 1.0 / np.maximum(values, 1e-300), 0.0)
-    found = weights.T @ (inverse * (vectors.T @ a[ORDER:]))
-    left = a[ORDER:] - (table / sizes) @ found
-    variance = float(left @ left) / (rows - columns)
-    error = math.sqrt(variance * float(np.sum((weights[:, ORDER] * inverse) ** 2)))
+    found = weights.T @ (inverse * (vectors.T @ y[ORDER:]))
+    left = y[ORDER:] - (table / sizes) @ found
+    errors = (
+        np.sqrt(float(left @ left) / (rows - columns) * np.sum((weights.T * inverse) ** 2, axis=1)) / sizes
+    )
     coefficients = found / sizes
-    first = float(coefficients[ORDER])
-    second = first * (1.0 + float(coefficients[0])) + float(coefficients[ORDER + 1])
-    return Answer(first, second, error / float(sizes[ORDER]))
+    answers = []
+    for at, moves in zip(range(ORDER, len(sizes) - 1, ORDER + 1), moving, strict=True):
+        if not moves:
+            answers.append(Answer(0.0, 0.0, math.inf))
+            continue
+        first = float(coefficients[at])
+        second = first * (1.0 + float(coefficients[0])) + float(coefficients[at + 1])
+        answers.append(Answer(first, second, float(errors[at])))
+    return answers
 
 
-def read_alike(records: Sequence[Record]) -> tuple[Record, ...]:
+def read_alike(records: Sequence[Record], holds: Mapping[str, str]) -> tuple[Record, ...]:
     """Return records that one instrument read, with what all of them together show of its readings."""
-    after = is_read_after_jump(records)
-    return tuple(replace(one, after_jump=after) for one in records)
+    after = find_after_jumps(records, holds)
+    return tuple(replace(one, after_jumps=after) for one in records)
 
 
-def is_read_after_jump(records: Iterable[Record]) -> bool:
-    """Return whether the accelerations of records are read just after the drive jumps at their rows."""
-    return reads_after_jump(
-        (one.signals["drive"], one.signals["acceleration"])
-        for one in records
-        if one.has("drive") and one.has("acceleration") and not one.is_sweep
+def find_after_jumps(records: Sequence[Record], holds: Mapping[str, str]) -> frozenset[str]:
+    """Return the outputs of records that are read just after an input jumps; the keys of `holds` are the inputs."""
+    driven = [one for one in records if not one.is_sweep and holds and all(one.has(name) for name in holds)]
+    outputs = dict.fromkeys(name for one in driven for name in one.signals if name not in holds)
+    return frozenset(
+        name
+        for name in outputs
+        if name not in NEVER_AT_ONCE
+        and reads_after_jump(
+            ([one.signals[source] for source in holds], one.signals[name]) for one in driven if one.has(name)
+        )
     )
