@@ -14,7 +14,7 @@ from rtctl.measured.dataset import FREQUENCY, Dataset, Record
 from rtctl.measured.manifest.findings import Findings
 from rtctl.measured.manifest.schema import RecordTable, read_manifest
 from rtctl.measured.readers import READERS, suffix_of
-from rtctl.measured.records.jump_reading import read_alike
+from rtctl.measured.records.jump_reading import read_alike, remarks_on_jumps
 from rtctl.measured.records.record_reading import Reading
 from rtctl.measured.records.record_reading import check_record as check_record_in_time
 from rtctl.measured.records.record_reading import read_record as read_record_in_time
@@ -27,13 +27,14 @@ def read_dataset(path: str | Path) -> Dataset:
     """Return the dataset of a `dataset.toml`, all in memory. Raises InputError with every finding, one a line."""
     path = Path(path)
     reading, names = _begin(path)
-    records = [read_record(reading, k, name) for k, name in enumerate(names) if check_record(reading, k)]
+    found = [read_record(reading, k, name) for k, name in enumerate(names) if check_record(reading, k)]
     if not reading.findings.lines:
         _find_never_measured(
-            reading, lambda name: any(record and record.has(reading.held_name(name)) for record in records)
+            reading, lambda name: any(record and record.has(reading.held_name(name)) for record in found)
         )
     reading.findings.raise_all()
     units, holds = _units_and_holds(reading)
+    records = read_alike([record for record in found if record is not None], holds)
     return Dataset(
         path=path,
         name=reading.manifest.dataset.name,
@@ -41,9 +42,9 @@ def read_dataset(path: str | Path) -> Dataset:
         identity=reading.manifest.dataset.identity,
         units=units,
         holds=holds,
-        records=read_alike([record for record in records if record is not None], holds),
+        records=records,
         incomplete=reading.manifest.dataset.incomplete,
-        remarks=reading.findings.remarks,
+        remarks=(*reading.findings.remarks, *remarks_on_jumps(records, holds)),
     )
 
 

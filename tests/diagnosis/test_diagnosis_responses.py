@@ -85,7 +85,7 @@ def test_an_acceleration_on_either_side_of_a_jump_is_no_effect(tmp_path: Path, a
     assert main(["identify", str(manifest), "--out", str(model), "--quiet", "--no-plot"]) == 0
     found = json_of(manifest, model, "timing.skew,sensor.lag,drive.lag,stiffness.viscoelastic")
     assert found["verdict"] == "adequate"
-    said = [one for one in found["warnings"] if "just after the held drive jumps" in one]
+    said = [one for one in found["warnings"] if "read just after the jumps of drive" in one]
     assert len(said) == int(after_jump)
 
 

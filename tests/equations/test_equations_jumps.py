@@ -61,6 +61,10 @@ def test_a_current_through_a_resistor_is_read_on_the_side_that_its_readings_show
         units={"u": "V", "room": "V", "current": "mA", "level": "V"},
     )  # fmt: skip
     assert data.records[0].after_jumps == (frozenset({"current"}) if side == "after" else frozenset())
+    said = [
+        one for one in data.remarks if one.startswith("current: its rows are read just after the jumps of u")
+    ]
+    assert len(said) == int(side == "after")
     found = rtctl.identify(data, model=tmp_path / "model.toml")
     assert found.parameters["tau"].value == pytest.approx(TAU_S, rel=0.01)
     assert found.parameters["resistance"].value == pytest.approx(RESISTANCE, rel=0.01)

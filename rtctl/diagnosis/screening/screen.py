@@ -20,7 +20,6 @@ from rtctl.diagnosis.thresholds import Thresholds
 from rtctl.measured.dataset import Dataset
 
 NO_SIGNAL = "no record to fit has a {0}: the diagnosis used the {1} alone"
-AFTER_JUMP = ", whose rows are read just after the held drive jumps at them, as the readings show"
 OF_LOGARITHM = ", and the gain is that of the {}'s logarithm"
 NOT_AT_REST = (
     "{} of {} records do not begin at rest in their first current: the temperature at which they begin was taken from "
@@ -65,9 +64,7 @@ def screen_dataset(
             return records._replace(notes=())
         note = NO_SIGNAL.format(usual_signal, signal)
         note += OF_LOGARITHM.format(signal) if subject.output != signal else ""
-        held = "zero" in dataset.holds.values()
-        after = held and any(signal in one.stimulus.after_jumps for one in records.fit)
-        return records._replace(notes=(note + (AFTER_JUMP if after else ""),))
+        return records._replace(notes=(note,))
 
     def skip_what_history_decides(records: Screened) -> Screened:
         if subject.is_steady:

@@ -34,6 +34,9 @@ LEAST_SIGNIFICANCE = 5.0
 """Standard errors of b_0 from which it is there."""
 NEVER_AT_ONCE = frozenset({"displacement", "velocity", "resistance", "deflection"})
 """Outputs of an oscillator and a vo2 that take no input at once."""
+AFTER_JUMP = (
+    "{output}: its rows are read just after the jumps of {inputs}, which is held, as the readings show"
+)
 LEAST_SHARE = 0.5
 """Least part of the answer's second row that its first has, after a jump."""
 
@@ -108,6 +111,15 @@ def read_alike(records: Sequence[Record], holds: Mapping[str, str]) -> tuple[Rec
     """Return records that one instrument read, with what all of them together show of its readings."""
     after = find_after_jumps(records, holds)
     return tuple(replace(one, after_jumps=after) for one in records)
+
+
+def remarks_on_jumps(records: Sequence[Record], holds: Mapping[str, str]) -> tuple[str, ...]:
+    """Return what a user must know of outputs that are read after jumps, where an input is held."""
+    held = [name for name, hold in holds.items() if hold == "zero"]
+    if not held or not records:
+        return ()
+    after = sorted(records[0].after_jumps or ())
+    return tuple(AFTER_JUMP.format(output=name, inputs=" and ".join(held)) for name in after)
 
 
 def find_after_jumps(records: Sequence[Record], holds: Mapping[str, str]) -> frozenset[str]:
