@@ -12,6 +12,7 @@ from scipy.signal import lfilter
 
 from rtctl.diagnosis.residual.projection import RecordRows, estimate_noise, project
 from rtctl.identification.noise.residual_noise import NoiseModel, fit_noise
+from rtctl.identification.noise.resonant_part import Resonance
 
 FloatArray = NDArray[np.float64]
 SLOW = NoiseModel(np.array([-0.97]), 0.5)
@@ -134,3 +135,26 @@ def test_records_sampled_at_two_periods_are_whitened_each_in_its_own_colour() ->
 
 def test_its_mean_square_is_that_of_the_autoregression():
     assert NoiseModel(np.array([-0.9]), 2.0).mean_square == pytest.approx(2.0 / (1.0 - 0.81), rel=1e-2)
+
+
+def test_outputs_in_unlike_units_keep_the_noise_of_their_own() -> None:
+    """A displacement in mm and its acceleration in mm/s^2, which says little of slow motions.
+
+    With numbers of one size the acceleration alone would tell how large a slow direction is, 1e5 times too loosely.
+    """
+    rng = np.random.default_rng(6)
+    samples, period_s = 4000, 5e-4
+    noise = np.array([0.008, 2000.0])
+    slow = np.cumsum(np.cumsum(rng.standard_normal((40, samples)), axis=1), axis=1)
+    slow -= slow.mean(axis=1, keepdims=True)
+    slow /= slow.std(axis=1, keepdims=True)
+    directions = np.stack((slow, np.gradient(np.gradient(slow, period_s, axis=1), period_s, axis=1)), axis=1)
+    residual = noise[:, None] * rng.standard_normal((2, samples))
+    nothing = np.zeros((0, 2, samples))
+    rows = RecordRows(
+        residual=residual, shared=nothing, local=nothing, directions=directions, period_s=period_s
+    )
+    found = [
+        one.mean_square**0.5 for one in estimate_noise([rows], resonances=[Resonance(80.0, 0.015)], slow=True)
+    ]
+    assert found == pytest.approx(noise, rel=0.05)

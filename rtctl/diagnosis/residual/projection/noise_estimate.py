@@ -47,8 +47,7 @@ def estimate_noise(
         starts_white: Whether the noise is first taken as white, see `Subject.noise_starts_white`.
         thresholds: Number of iterations, and what is round-off.
     """
-    white = [NoiseModel(np.empty(0), 1.0)] * rows[0].residual.shape[0]
-    split = _split(rows, white, thresholds)
+    split = _split(rows, _white_residual(rows), thresholds)
     start = _start_with_peak(rows, split, resonances, thresholds)
     found = _iterate(rows, split, start, resonances, slow, starts_white, thresholds)
     directions = len(split[0].gram) - 1
@@ -69,7 +68,7 @@ def _iterate(
     thresholds: ResidualThresholds,
 ) -> list[NoiseModel]:
     """Return the noise after some iterations from `models`; [] starts from what white noise leaves unexplained."""
-    is_sized = bool(models)  # the unit of white noise of 1 is not that of the noise
+    is_sized = bool(models)  # a residual is not the noise: it may be far larger
     if is_sized:
         split = _split(rows, models, thresholds)
     turns = thresholds.noise_iterations + slow
@@ -167,6 +166,15 @@ def _main_directions(
         chosen.append(best)
         left = tried[best]
     return chosen
+
+
+def _white_residual(rows: Sequence[RecordRows]) -> list[NoiseModel]:
+    """Return white noise as large as each output's residual: outputs in unlike units count alike."""
+    squares = [
+        np.mean(np.concatenate([row.residual[output] for row in rows]) ** 2)
+        for output in range(rows[0].residual.shape[0])
+    ]
+    return [NoiseModel(np.empty(0), float(square) if square > 0.0 else 1.0) for square in squares]
 
 
 def _white(series: Sequence[FloatArray], taken: int) -> NoiseModel:
