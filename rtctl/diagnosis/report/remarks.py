@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.report.words.plain_words import words_of_coordinate, words_of_test
 from rtctl.diagnosis.residual.bursts import describe_bursts, simulation_errors
+from rtctl.diagnosis.residual.filtered_readings import describe_filters
 from rtctl.diagnosis.residual.localization import localize_residual
 from rtctl.diagnosis.residual.noise_floor import residual_over_noise
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
@@ -85,6 +86,7 @@ def remark(
         residuals = simulation_errors(told, problem)
         return [*notes, *describe_bursts(residuals, problem), *describe_tones(residuals, problem, units)]
     notes += filter(None, [doubt_kind(search, problem)])
+    notes += [] if problem.allowed else describe_filters(problem)
     finished = not (stopped or search.out_of_time)
     if finished and not search.chosen.p_value > significance_level(problem, false_claim_rate):
         sharpest = min(search.chosen.tests, key=lambda one: one.p_value)

@@ -131,7 +131,9 @@ def describe_causes(diagnosis: Diagnosis) -> str:
 
 
 def describe_remainder(diagnosis: Diagnosis) -> str:
-    """Return how large it is what the named causes leave, and whether it matters; "" where they leave nothing."""
+    """Return how large it is what is not explained, and whether it matters; "" where all is."""
+    if diagnosis.verdict == "unexplained":
+        return describe_unexplained(diagnosis)
     if diagnosis.verdict != "partly_explained" or not math.isfinite(diagnosis.noise_rms):
         return ""
     output = diagnosis.problem.subject.output
@@ -142,6 +144,16 @@ def describe_remainder(diagnosis: Diagnosis) -> str:
         over_noise = max(over_noise, gain.after / gain.noise_floor)
     size = diagnosis.problem.size(output)
     return Remainder.of(over_noise, output, diagnosis.units[output], Noise.of(diagnosis), size).in_words
+
+
+def describe_unexplained(diagnosis: Diagnosis) -> str:
+    """Return how well a model predicts that something unknown is wrong with; "" where no test record shows it."""
+    gain, output = diagnosis.gain, diagnosis.problem.subject.output
+    if gain is None or gain.output != output or not math.isfinite(gain.before):
+        return ""
+    share = f"{100.0 * gain.before / diagnosis.problem.size(output):.2g} %"
+    words = output.replace("_", " ")
+    return f"That error is {share} of the {words} itself, noise included: so well the model predicts."
 
 
 def quantities_of(cause: Cause, derived: tuple[Derived, ...]) -> list[Derived]:
