@@ -125,6 +125,14 @@ def test_stops_with_nothing_between_them_are_no_free_play_about_their_middle() -
     assert as_clearance(at_rest | {"lower": 1.0, "upper": 3.0}) == {"gap": 1.0, "centre": 2.0}
 
 
+def test_of_two_stops_the_nearer_one_is_the_one_that_may_be_alone() -> None:
+    """A lower stop was compared with the upper one alone, which the motion hardly reaches."""
+    both = {"stiffness": 5.0, "lower": -1.0, "upper": 3.0, "retardation_time": 0.1}
+    as_one = MECHANISMS["stop.two_sided"].generalises["stop.one_sided"]
+    assert as_one(both) == {"below": 5.0, "place": -1.0, "retardation_time": 0.1}
+    assert as_one(both | {"lower": -4.0}) == {"above": 5.0, "place": 3.0, "retardation_time": 0.1}
+
+
 def test_a_search_that_ends_with_a_case_names_the_law(
     hysteretic: tuple[Problem, Hypothesis], monkeypatch: pytest.MonkeyPatch
 ) -> None:

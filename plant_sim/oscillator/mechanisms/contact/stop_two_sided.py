@@ -41,6 +41,12 @@ def as_clearance(p: Values) -> Values:
     return {"gap": gap, "centre": middle / gap if gap else 0.0}
 
 
+def as_nearer_stop(p: Values) -> dict[str, float]:
+    """Return the parameters of the one of both stops that is nearer to the rest."""
+    side, place = ("below", "lower") if abs(p["lower"]) < abs(p["upper"]) else ("above", "upper")
+    return {side: p["stiffness"], "place": p[place], "retardation_time": p["retardation_time"]}
+
+
 MECHANISM = OscillatorMechanism(
     id="stop.two_sided",
     statement="Two stops add a stiffness of {stiffness} below {lower} and above {upper}.",
@@ -60,9 +66,7 @@ MECHANISM = OscillatorMechanism(
         retardation_time("both stops"),
     ),
     generalises={
-        "stop.one_sided": lambda p: {
-            "above": p["stiffness"], "place": p["upper"], "retardation_time": p["retardation_time"],
-        },
+        "stop.one_sided": as_nearer_stop,
         "stiffness.clearance": as_clearance,
     },
     memory=Memory(
