@@ -110,7 +110,7 @@ def test_two_that_no_single_one_leads_to_begin_at_once_from_the_model_without_ei
 
 @pytest.mark.parametrize(
     ("frequency_hz", "mass_ratio", "tried"),
-    [(24.0, 2e-3, 3), pytest.param(21.0, 1e-3, 2, marks=pytest.mark.slow)],
+    [(24.0, 2e-3, 3), pytest.param(21.0, 1e-3, 1, marks=pytest.mark.slow)],
 )
 def test_where_a_frequency_is_looked_for_three_are_tried_and_none_with_a_mass_below_zero(
     frequency_hz: float, mass_ratio: float, tried: int

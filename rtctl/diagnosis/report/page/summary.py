@@ -153,7 +153,7 @@ def describe_unexplained(diagnosis: Diagnosis) -> str:
         return ""
     share = f"{100.0 * gain.before / diagnosis.problem.size(output):.2g} %"
     words = output.replace("_", " ")
-    return f"That error is {share} of the {words} itself, noise included: so well the model predicts."
+    return f"That error of the model is {share} of the {words} itself, noise included."
 
 
 def quantities_of(cause: Cause, derived: tuple[Derived, ...]) -> list[Derived]:
