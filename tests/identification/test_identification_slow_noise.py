@@ -114,3 +114,10 @@ def test_a_noise_beyond_rounding_is_still_whitened() -> None:
     whitened = model.whiten(series)
     assert np.all(np.std(whitened[:, 600:], axis=1) > 0.0)
     assert np.isfinite(whitened).all()
+
+
+def test_records_with_constants_of_their_own_have_no_slow_noise() -> None:
+    """An instrument that is set to zero before each record: a constant's periodogram falls as that of a random walk."""
+    rng = np.random.default_rng(8)
+    series = [constant + rng.standard_normal((1, 1500)) for constant in (-5.0, 5.0)]
+    assert fit_noise_in_parts(series, 1.0, (), slow=True).slow is None

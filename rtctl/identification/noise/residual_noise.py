@@ -182,7 +182,8 @@ def fit_noise_in_parts(
         model = min(rivals, key=lambda one: _bic(one, count))
     if not slow:
         return model
-    spectrum = spectrum_of(series)
+    # a constant of a record would leak into all frequencies as 1/f^2 does
+    spectrum = spectrum_of([one - one.mean(axis=1, keepdims=True) for one in series])
     beside = np.ones(len(spectrum.frequency))
     for part in model.resonant:
         beside = beside * part.power(spectrum.frequency)
