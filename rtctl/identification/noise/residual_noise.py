@@ -182,14 +182,18 @@ def fit_noise_in_parts(
         model = min(rivals, key=lambda one: _bic(one, count))
     if not slow:
         return model
-    # a constant of a record would leak into all frequencies as 1/f^2 does
-    spectrum = spectrum_of([one - one.mean(axis=1, keepdims=True) for one in series])
-    beside = np.ones(len(spectrum.frequency))
-    for part in model.resonant:
-        beside = beside * part.power(spectrum.frequency)
-    found = fit_slow_part(spectrum, count, limit_order([one.shape[1] for one in series]), beside)
-    if found is None:
-        return model
+    highest = limit_order([one.shape[1] for one in series])
+    found = None
+    # a constant of a record leaks into all frequencies as 1/f^2 does: a slow noise is there without it as well
+    for rows in ([one - one.mean(axis=1, keepdims=True) for one in series], series):
+        spectrum = spectrum_of(rows)
+        beside = np.ones(len(spectrum.frequency))
+        for part in model.resonant:
+            beside = beside * part.power(spectrum.frequency)
+        found = fit_slow_part(spectrum, count, highest, beside)
+        if found is None:
+            return model
+    assert found is not None
     model = NoiseModel(*found, resonant=model.resonant)
     left = sum(float(np.sum(model.whiten(one) ** 2)) for one in series)  # less: a periodogram leaks
     return model._replace(variance=model.variance * left / count)
