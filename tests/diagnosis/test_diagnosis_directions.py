@@ -51,9 +51,9 @@ def test_a_shape_that_does_not_act_yet_asks_for_no_steps(monkeypatch: pytest.Mon
     problem, nominal = in_micrometres()
     taken = []
 
-    def noted(self: Equation, drive: Any, how: Any, start: Any, **more: bool) -> Any:
+    def noted(self: Equation, drive: Any, how: Any, *more: Any) -> Any:
         taken.append(how.substeps)
-        return integrate(self, drive, how, start, **more)
+        return integrate(self, drive, how, *more)
 
     integrate = Equation.integrate
     monkeypatch.setattr(Equation, "integrate", noted)

@@ -696,11 +696,9 @@ def beam_run(start: float, patch: pytest.MonkeyPatch) -> tuple[Prediction, int]:
     """20 s of the undriven beam from `start` [mm] at rest, and the integration steps that it took."""
     bound, steps, original = simulation("stiffness.quintic", **RM5), list[int](), Equation.integrate
 
-    def counted(
-        self: Equation, drive: Driven, how: Plan, start: FloatArray, **more: bool
-    ) -> list[FloatArray]:
+    def counted(self: Equation, drive: Driven, *more: Any) -> list[FloatArray]:
         steps.append(len(drive.nodes))
-        return original(self, drive, how, start, **more)
+        return original(self, drive, *more)
 
     patch.setattr(Equation, "integrate", counted)
     record = Stimulus(

@@ -53,9 +53,9 @@ def test_hysteresis_in_one_of_two_wells_is_resolved_at_the_speed_of_the_motion_t
     )  # fmt: skip
     taken = []
 
-    def noted(self: Equation, *of: object, **more: object) -> object:
+    def noted(self: Equation, *of: object) -> object:
         taken.append(of[1].substeps)  # type: ignore[attr-defined]
-        return integrate(self, *of, **more)  # type: ignore[arg-type]
+        return integrate(self, *of)  # type: ignore[arg-type]
 
     integrate = Equation.integrate
     monkeypatch.setattr(Equation, "integrate", noted)
