@@ -125,6 +125,8 @@ class OscillatorSimulation:
         acting = [*active, added]
         motion = self._move(equation, acting, stimulus, own, start[:1], steps_per_period, planned=whole)
         departure = Departure(equation, motion.drive, start[:1], nominal, alone)
+        steps = motion.every.substeps * motion.instants * equation.step_cost
+        count_work(len(values) * stimulus.samples * (STEPS_OF_A_READING + steps))
         outputs = {name: np.empty((len(values), stimulus.samples)) for name in self.outputs}
         for lane in range(len(values)):
             courses = equation.integrate(departure.pushed(lane), motion.every, start[:1], motion.acting)
