@@ -10,11 +10,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from functools import lru_cache
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from plant_sim.oscillator.equation.binding import bind
 from plant_sim.oscillator.equation.terms import TERMS
 from plant_sim.oscillator.mechanism import OscillatorMechanism
 from plant_sim.oscillator.mechanisms import MECHANISMS
@@ -168,11 +170,28 @@ class _Course(NamedTuple):
         steps, lanes = len(drive.course) // 2, len(states)
         displacement = np.empty((steps, lanes))
         count_work(MARCHED * lanes * steps * self.equation.step_cost)
-        shooting()(
-            self.equation.prepared(drive.step_s), states, self.equation.rows, drive.nodes, drive.step_s, settling,
-            ATTEMPTS if self.guide is None else GUIDED_ATTEMPTS, displacement,
-        )  # fmt: skip
+        march = _of_motion_alone(self.equation.prepared(drive.step_s))
+        attempts = ATTEMPTS if self.guide is None else GUIDED_ATTEMPTS
+        course = states, self.equation.rows, drive.nodes, drive.step_s
+        shooting()(march, *course, settling, attempts, displacement)
         return readings_of(displacement, drive, self.derivatives, self.own)
+
+
+integrator: Any = None  # replaced by `bind`
+
+
+# 9 parameters because they are the integrator's
+def motion_alone(  # noqa: PLR0913
+    z: Any, v: Any, w: Any, nodes: Any, h: float, substeps: int, p: Any, out_z: Any, out_v: Any
+) -> None:
+    """Integrate without accelerations: a kernel that is an argument of another one has all of its parameters."""
+    integrator(z, v, w, nodes, h, substeps, p, out_z, out_v)
+
+
+@lru_cache(maxsize=256)
+def _of_motion_alone(whole: Any) -> Any:
+    """Return an integrator without the parameters for accelerations."""
+    return bind(motion_alone, integrator=whole)
 
 
 def _beside(states: FloatArray, amplitude: complex, frequency_hz: float) -> FloatArray:

@@ -169,7 +169,12 @@ def _main_directions(
 
 
 def _white_residual(rows: Sequence[RecordRows]) -> list[NoiseModel]:
-    """Return white noise as large as each output's residual: outputs in unlike units count alike."""
+    """Return white noise as large as each output's residual: outputs in unlike units count alike.
+
+    Of one output the size does not matter.
+    """
+    if rows[0].residual.shape[0] == 1:
+        return [NoiseModel(np.empty(0), 1.0)]
     squares = [
         np.mean(np.concatenate([row.residual[output] for row in rows]) ** 2)
         for output in range(rows[0].residual.shape[0])
