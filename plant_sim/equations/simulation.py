@@ -227,11 +227,9 @@ class _Run:
             marching = Marching(system, self.stimulus, nodes, start, p, sizes, self.steps_per_period)
             motion = marching.move(self.refine, between=any(m.law and m.law.looks_between for m in sensing))
             last = dict[str, FloatArray]()
-            if self.stimulus.after_jumps:
-                last = dict.fromkeys(
-                    self.stimulus.after_jumps,
-                    inputs._replace(late_s=late_s).after_the_last(motion.substeps),
-                )
+            if self.stimulus.after_jumps and inputs.jump:
+                after = inputs._replace(late_s=late_s).after_the_last(motion.substeps)
+                last = dict.fromkeys(self.stimulus.after_jumps, after)
             outputs = self._read(system, motion, nodes(motion.substeps), p, sensing, by_lane, last)
             gone = np.where(gone < 0, _diverged(motion, outputs), gone)
             found |= {name: course for name, course in outputs.items() if late.get(name, 0.0) == late_s}

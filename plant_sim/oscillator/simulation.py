@@ -101,18 +101,7 @@ class OscillatorSimulation:
         initial: FloatArray,
         steps_per_period: float | None = None,
     ) -> Prediction:
-        """Return what `extended` predicts, to the first order in the amplitude of its last mechanism.
-
-        Args:
-            extended: this model with one mechanism more.
-            stimulus: inputs.
-            values: (lanes, parameters) of `extended`; lanes differ in this mechanism's parameters alone.
-            initial: (states,) the start of all lanes.
-            steps_per_period: as of `predict`.
-
-        Raises:
-            ValueError: no sensible step resolves the model.
-        """
+        """See `HasDepartures.predict_departures`. Raises ValueError where no sensible step resolves the model."""
         added, own = extended.mechanisms[-1], values[:1, : len(self.parameters)]
         active = [one for one in self.mechanisms if self.acts(one, own)]
         equation = Equation.of(self.parameters, active, own)

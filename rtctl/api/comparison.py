@@ -15,6 +15,7 @@ from rtctl.api.model import Model, kind_of, model_of
 from rtctl.border.errors import InputError, nearest
 from rtctl.extras import can_draw, require
 from rtctl.measured.dataset import Dataset
+from rtctl.measured.records.instrument import read_alike
 from rtctl.output.interrupt import stop_on_interrupt
 from rtctl.output.notebook import html_table, number
 from rtctl.output.own_files import refuse_foreign, refuse_read
@@ -198,6 +199,8 @@ def simulate(
     stored = stored_dataset_of(dataset)
     check_kind(kind_of(model), stored, source)
     model = model_of(model)
+    if not isinstance(dataset, Dataset):
+        stored = read_alike(stored)
     simulation = simulation_of(model.kind, model.content, stored, source)
     if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)

@@ -210,8 +210,11 @@ def diagnose(
     stored = stored_dataset_of(dataset)
     check_kind(kind_of(model), stored, source)
     model = model_of(model)
-    simulation = simulation_of(model.kind, model.content, stored, source)
+    simulation_of(
+        model.kind, model.content, stored, source
+    )  # what does not fit is said before numbers are read
     data = dataset_of(dataset)
+    simulation = simulation_of(model.kind, model.content, data, source)
     ids = _chosen(mechanisms, simulation)
     with watched_search(f"diagnose {data.name}", options.cancellation, report, options.work) as heard:
         answer = internal.diagnose(data, model.content, simulation, ids, options, heard)

@@ -105,10 +105,12 @@ def _of_records(path: Path, campaign: Campaign, table: RecordsTable) -> Plan:
     """Return the plan of a model against measured records, with its parameters as factors."""
     model_path = find_plant(campaign.campaign.model, path.parent)
     dataset_path = path.parent / table.dataset
-    stored = open_dataset(dataset_path)
-    simulation = simulation_for(model_path, stored)
-    model = read_model(model_path, simulation.kind)
+    simulation_for(
+        model_path, open_dataset(dataset_path)
+    )  # what does not fit is said before numbers are read
     dataset = read_dataset(dataset_path)
+    simulation = simulation_for(model_path, dataset)
+    model = read_model(model_path, simulation.kind)
     records = tuple(
         make_fit_record(record, dataset.holds)
         for record in dataset.records

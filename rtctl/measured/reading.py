@@ -14,8 +14,7 @@ from rtctl.measured.dataset import FREQUENCY, Dataset, Record
 from rtctl.measured.manifest.findings import Findings
 from rtctl.measured.manifest.schema import RecordTable, read_manifest
 from rtctl.measured.readers import READERS, suffix_of
-from rtctl.measured.records.difference_quotient import leave_out_quotients, remarks_on_quotients
-from rtctl.measured.records.jump_reading import read_alike, remarks_on_jumps
+from rtctl.measured.records.instrument import instrument_of
 from rtctl.measured.records.record_reading import Reading
 from rtctl.measured.records.record_reading import check_record as check_record_in_time
 from rtctl.measured.records.record_reading import read_record as read_record_in_time
@@ -35,25 +34,18 @@ def read_dataset(path: str | Path) -> Dataset:
         )
     reading.findings.raise_all()
     units, holds = _units_and_holds(reading)
-    records = read_alike([record for record in found if record is not None], holds)
-    left_out: dict[str, str] = {}
-    if reading.manifest.dataset.plant == "oscillator":
-        records, left_out = leave_out_quotients(records)
-        units = {name: unit for name, unit in units.items() if name not in left_out}
+    records = [record for record in found if record is not None]
+    instrument = instrument_of(records, reading.manifest.dataset.plant, holds)
     return Dataset(
         path=path,
         name=reading.manifest.dataset.name,
         plant=reading.manifest.dataset.plant,
         identity=reading.manifest.dataset.identity,
-        units=units,
+        units=instrument.units(units),
         holds=holds,
-        records=records,
+        records=tuple(instrument.applied(record) for record in records),
         incomplete=reading.manifest.dataset.incomplete,
-        remarks=(
-            *reading.findings.remarks,
-            *remarks_on_jumps(records, holds),
-            *remarks_on_quotients(left_out),
-        ),
+        remarks=(*reading.findings.remarks, *instrument.remarks),
     )
 
 

@@ -11,7 +11,8 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Stimulus
 from rtctl.measured.dataset import Record
-from rtctl.measured.records.jump_reading import read_alike, reads_after_jump
+from rtctl.measured.records.instrument import instrument_of
+from rtctl.measured.records.jump_reading import find_after_jumps
 from rtctl.measured.stimulus import make_stimulus
 
 PERIOD_S, RATE, DAMPING, GAIN = 1e-3, 200.0, 8.0, 30.0
@@ -42,19 +43,25 @@ def accelerations(u: FloatArray) -> dict[str, FloatArray]:
     return {"before": np.array(before), "after": np.array(after)}
 
 
+def seen(u: FloatArray, a: FloatArray) -> bool:
+    """Whether a record shows that its acceleration is read after the jumps."""
+    record = Record(name="r", period_s=PERIOD_S, signals={"drive": u, "acceleration": a})
+    return "acceleration" in find_after_jumps([record], ["drive"])
+
+
 @pytest.mark.parametrize("noise", [0.0, 0.02, 0.1])
 @pytest.mark.parametrize("highest", [0.06, 0.2, 0.45])
 def test_the_readings_show_on_which_side_of_a_jump_they_are(highest: float, noise: float) -> None:
     u = drive(2000, highest)
     for side, a in accelerations(u).items():
         read = a + noise * a.std() * np.random.default_rng(2).standard_normal(len(a))
-        assert reads_after_jump([([u], read)]) == (side == "after")
+        assert seen(u, read) == (side == "after")
 
 
 def test_what_a_drive_leaks_into_a_reading_is_no_reading_after_the_jump() -> None:
     u = drive(2000, 0.3)
     before = accelerations(u)["before"]
-    assert not reads_after_jump([([u], before + 0.2 * GAIN * u)])
+    assert not seen(u, before + 0.2 * GAIN * u)
 
 
 @pytest.mark.parametrize(
@@ -68,7 +75,7 @@ def test_what_a_drive_leaks_into_a_reading_is_no_reading_after_the_jump() -> Non
     ids=["no drive", "few rows", "no numbers", "no motion"],
 )
 def test_what_cannot_be_seen_is_taken_for_before_the_jump(u: FloatArray, a: FloatArray) -> None:
-    assert not reads_after_jump([([u], a)])
+    assert not seen(u, a)
 
 
 def test_records_of_one_instrument_are_read_alike() -> None:
@@ -81,7 +88,9 @@ def test_records_of_one_instrument_are_read_alike() -> None:
         records.append(Record(name=name, period_s=PERIOD_S, signals={"drive": u, "acceleration": read}))
     holds, after = {"drive": "zero"}, frozenset({"acceleration"})
     assert [make_stimulus(one, holds).after_jumps for one in records] == [after, frozenset()]
-    assert [make_stimulus(one, holds).after_jumps for one in read_alike(records, holds)] == [after, after]
+    instrument = instrument_of(records, "oscillator", holds)
+    together = [instrument.applied(one) for one in records]
+    assert [make_stimulus(one, holds).after_jumps for one in together] == [after, after]
 
 
 @pytest.mark.parametrize("side", ["before", "after"])

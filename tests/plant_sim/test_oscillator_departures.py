@@ -72,12 +72,12 @@ def lanes(extended: OscillatorSimulation, added: str) -> FloatArray:
     return values
 
 
-@pytest.mark.parametrize("added", AMPLITUDES)
-@pytest.mark.parametrize("base", BASES)
+@pytest.mark.parametrize(
+    ("base", "added"),
+    [(base, added) for base, (own, _) in BASES.items() for added in AMPLITUDES if added != own],
+)
 def test_a_small_mechanism_departs_as_its_force_along_the_motion_makes_it(base: str, added: str) -> None:
     model = simulation(base)
-    if added == BASES[base][0]:
-        pytest.skip("the model has it")
     extended = model.extended((added,))
     values, tolerance = lanes(extended, added), AMPLITUDES[added][1]
     runs = (

@@ -52,6 +52,11 @@ class Inputs(NamedTuple):
             made[:, :, own + k] = _linear(samples, substeps)
         return made
 
+    @property
+    def jump(self) -> bool:
+        """Whether an input may jump at a sample: one is held, or a mechanism may hold it."""
+        return "zero" in self.stimulus.holds.values() or bool(self.acting)
+
     def after_the_last(self, substeps: int) -> FloatArray:
         """Return the inputs (inputs,) [SI] just after the last sample, were they to go on as they are there."""
         made = np.zeros(len(self.system.inputs) + self.idle)

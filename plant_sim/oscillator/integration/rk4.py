@@ -47,18 +47,9 @@ damping: Any = no_impulse
 
 # 11 parameters because a compiled template takes its arrays one by one
 def rk4(  # noqa: PLR0913
-    z: Any,
-    v: Any,
-    w: Any,
-    nodes: Any,
-    h: float,
-    substeps: int,
-    p: Any,
-    out_z: Any,
-    out_v: Any,
-    acting: Any = None,
-    out_a: Any = None,
-) -> None:
+    z: Any, v: Any, w: Any, nodes: Any, h: float, substeps: int, p: Any, out_z: Any, out_v: Any,
+    acting: Any = None, out_a: Any = None,
+) -> None:  # fmt: skip
     """March all lanes through the record; row 0 of the outputs is the start.
 
     Args:
@@ -180,11 +171,11 @@ def bind_rk4(
     """
     rubbing = {key: law_ for key, law_ in friction.items() if key == "resistance"}
     laws: dict[str, Any] = {**friction, "acceleration": acceleration_law}
-    if not states:
-        laws["acceleration"] = bind(without_states, inline=True, memoryless=acceleration_law)
-        laws |= {"load": _load_nothing, "move": _move_nothing, "keep": _keep_nothing}
     if states:
         laws["ZEROS"] = (0.0,) * states
+    else:
+        laws["acceleration"] = bind(without_states, inline=True, memoryless=acceleration_law)
+        laws |= {"load": _load_nothing, "move": _move_nothing, "keep": _keep_nothing}
     if impulse_law is not None:
         laws["impulse"], rubbing["damping"] = impulse_law, damping_law
         if "settle" in friction:

@@ -11,6 +11,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray
 from rtctl.diagnosis.problem.problem import Problem
@@ -22,7 +23,9 @@ STEEP_DB = 30.0
 datasets without a filter (69 of devices of the foreign campaign, six files of other habits) 22 dB was the most."""
 LENGTH = 1024
 """Samples of a piece whose spectra are averaged."""
-CELLS_AN_OCTAVE = 6
+EDGES_AN_OCTAVE = 6
+LEAST_CELLS = 4
+"""Values of a spectrum in an octave from which its quartiles are known."""
 FILTERED = (
     "the spectrum of the {name} falls by {fall:.0f} dB in the octave above {edge}, and that of the {drive} does not: "
     "the readings seem to have passed a low-pass filter. A filter of one signal alone is an effect of its own; give "
@@ -63,24 +66,20 @@ def _steepest_fall(
         return None
     response = _density([one.measured[name] for one in same])
     driving = _density([one.stimulus.inputs[drive] for one in same])
-    frequency = np.fft.rfftfreq(LENGTH, period_s)
-    lowest, highest = rate / math.pi, 0.2 / period_s
-    best = None
-    for k in range(
-        max(0, math.floor(CELLS_AN_OCTAVE * math.log2(highest / lowest))) if highest > lowest else 0
-    ):
-        edge = lowest * 2.0 ** (k / CELLS_AN_OCTAVE)
+    frequency, highest = np.fft.rfftfreq(LENGTH, period_s), 0.2 / period_s
+    edge, best = rate / math.pi, None
+    while 0.0 < edge < highest:
         below = (frequency > 0.5 * edge) & (frequency <= edge)
         above = (frequency >= 2.0 * edge) & (frequency < 4.0 * edge)
-        if below.sum() < 4 or above.sum() < 4:
-            continue
-        fall = 10.0 * math.log10(_fall(response, below, above) / _fall(driving, below, above))
-        if best is None or fall > best[1]:
-            best = (edge, fall)
+        if min(below.sum(), above.sum()) >= LEAST_CELLS:
+            fall = 10.0 * math.log10(_fall(response, below, above) / _fall(driving, below, above))
+            if best is None or fall > best[1]:
+                best = (edge, fall)
+        edge *= 2.0 ** (1.0 / EDGES_AN_OCTAVE)
     return best
 
 
-def _fall(density: FloatArray, below: FloatArray, above: FloatArray) -> float:
+def _fall(density: FloatArray, below: NDArray[np.bool_], above: NDArray[np.bool_]) -> float:
     """Return how many times smaller a spectral density is above an edge than below it."""
     return float(np.quantile(density[below], 0.25) / max(np.quantile(density[above], 0.75), 1e-300))
 

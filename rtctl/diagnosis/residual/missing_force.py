@@ -176,6 +176,7 @@ def _hat_sensitivities(
         stimulus = Stimulus(
             inputs={"drive": drive}, holds=record.stimulus.holds, period_s=record.period_s,
             initial=record.stimulus.initial, peak=record.stimulus.peak, swing=record.stimulus.swing,
+            after_jumps=record.stimulus.after_jumps,
         )  # fmt: skip
         run = hypothesis.simulation.predict(stimulus, hypothesis.values, start, problem.steps_per_period)
         return np.stack([run.outputs[name][0, record.first :] for name in hypothesis.sensitivity.outputs])

@@ -183,17 +183,19 @@ def fit_noise_in_parts(
     if not slow:
         return model
     highest = limit_order([one.shape[1] for one in series])
-    found = None
-    # a constant of a record leaks into all frequencies as 1/f^2 does: a slow noise is there without it as well
-    for rows in ([one - one.mean(axis=1, keepdims=True) for one in series], series):
+
+    def slow_part(rows: Sequence[FloatArray]) -> tuple[FloatArray, float, SlowPart] | None:
         spectrum = spectrum_of(rows)
         beside = np.ones(len(spectrum.frequency))
         for part in model.resonant:
             beside = beside * part.power(spectrum.frequency)
-        found = fit_slow_part(spectrum, count, highest, beside)
-        if found is None:
-            return model
-    assert found is not None
+        return fit_slow_part(spectrum, count, highest, beside)
+
+    # a constant of a record leaks into all frequencies as 1/f^2 does: a slow noise is there without it as well
+    is_slow = slow_part([one - one.mean(axis=1, keepdims=True) for one in series]) is not None
+    found = slow_part(series) if is_slow else None
+    if found is None:
+        return model
     model = NoiseModel(*found, resonant=model.resonant)
     left = sum(float(np.sum(model.whiten(one) ** 2)) for one in series)  # less: a periodogram leaks
     return model._replace(variance=model.variance * left / count)

@@ -7,9 +7,6 @@ What tells it: it differs from the quotient by the last digit of the file, and n
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
-
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
@@ -27,41 +24,35 @@ LEAST_ROWS = 100
 MOST_OF_NOISE = 0.2
 """Largest difference (RMS) from a quotient, over the reading's own noise, by which an instrument of its own differs at
 least."""
-LEFT_OUT = "{output} is the difference quotient of {source}, row by row: it holds nothing of its own, and is left out"
 
 
-def leave_out_quotients(records: Sequence[Record]) -> tuple[tuple[Record, ...], dict[str, str]]:
-    """Return the records without outputs that are difference quotients in all of them, and what each is one of."""
-    found = {name: source for name in SOURCES if (source := _source_of(name, records)) is not None}
-    if not found:
-        return tuple(records), {}
-    kept = [
-        replace(one, signals={name: values for name, values in one.signals.items() if name not in found})
-        for one in records
-    ]
-    return tuple(kept), found
+class QuotientEvidence:
+    """What records show, one after the other: an output is a quotient where it is so in all of them."""
+
+    def __init__(self) -> None:
+        self._sources: dict[str, tuple[str, ...]] = {}
+
+    def see(self, record: Record) -> None:
+        """Take in a record."""
+        if record.is_sweep:
+            return
+        for name, sources in SOURCES.items():
+            if record.has(name):
+                left = self._sources.get(name, sources)
+                self._sources[name] = tuple(source for source in left if _is_quotient(record, name, source))
+
+    @property
+    def left_out(self) -> dict[str, str]:
+        """Outputs that hold nothing of their own, and what each is a quotient of."""
+        return {name: sources[0] for name, sources in self._sources.items() if sources}
 
 
-def remarks_on_quotients(left_out: dict[str, str]) -> tuple[str, ...]:
-    """Return what a user must know of outputs that are left out."""
-    return tuple(LEFT_OUT.format(output=name, source=source) for name, source in left_out.items())
-
-
-def _source_of(name: str, records: Sequence[Record]) -> str | None:
-    """Return the output that `name` is a quotient of in all records that have it."""
-    having = [one for one in records if one.has(name) and not one.is_sweep]
-    for source in SOURCES[name]:
-        if having and all(one.has(source) for one in having):
-            twice = (name, source) == ("acceleration", "displacement")
-            if all(
-                _is_quotient(one.signals[name], one.signals[source], one.period_s, twice) for one in having
-            ):
-                return source
-    return None
-
-
-def _is_quotient(output: FloatArray, source: FloatArray, period_s: float, twice: bool) -> bool:
-    y, x = output[:MOST_ROWS], source[:MOST_ROWS]
+def _is_quotient(record: Record, name: str, source: str) -> bool:
+    """Return whether the output `name` of a record is a difference quotient of `source`, which it may lack."""
+    if not record.has(source):
+        return False
+    y, x = record.signals[name][:MOST_ROWS], record.signals[source][:MOST_ROWS]
+    twice = (name, source) == ("acceleration", "displacement")
     if len(y) < LEAST_ROWS or not (np.isfinite(y).all() and np.isfinite(x).all()):
         return False
     noise = _noise(y)
@@ -69,7 +60,7 @@ def _is_quotient(output: FloatArray, source: FloatArray, period_s: float, twice:
         return False
     inner = slice(3, -3)
     for kernel in TWICE if twice else ONCE:
-        quotient = np.convolve(x, kernel, mode="same") / period_s ** (2 if twice else 1)
+        quotient = np.convolve(x, kernel, mode="same") / record.period_s ** (2 if twice else 1)
         if float(np.sqrt(np.mean((y - quotient)[inner] ** 2))) < MOST_OF_NOISE * noise:
             return True
     return False

@@ -17,8 +17,7 @@ Reference: L. Ljung, System Identification, 1999, section 4.2 (ARX models).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -34,35 +33,56 @@ LEAST_SIGNIFICANCE = 5.0
 """Standard errors of b_0 from which it is there."""
 NEVER_AT_ONCE = frozenset({"displacement", "velocity", "resistance", "deflection"})
 """Outputs of an oscillator and a vo2 that take no input at once."""
-AFTER_JUMP = (
-    "{output}: its rows are read just after the jumps of {inputs}, which is held, as the readings show"
-)
 LEAST_SHARE = 0.5
 """Least part of the answer's second row that its first has, after a jump."""
 
 
 class Answer(NamedTuple):
-    """What a row of an acceleration has of a step of the drive."""
+    """What rows of an output have of a step of an input."""
 
     first: float
-    """In the row in which the drive steps: b_0."""
+    """In the row in which the input steps: b_0."""
     second: float
     """In the row after it."""
     error: float
     """Standard error of `first`."""
 
 
-def reads_after_jump(records: Iterable[tuple[Sequence[FloatArray], FloatArray]]) -> bool:
-    """Return whether rows of an output already have an input of their own row.
+class JumpEvidence:
+    """What records that one instrument read show, one after the other; the more one tells, the more it counts."""
 
-    Args:
-        records: inputs (n,) and output (n,) of each record, read in the same way. The more one tells, the more it
-            counts.
-    """
-    answers = [found for inputs, output in records if (found := answers_to_steps(inputs, output))]
-    return any(
-        _is_at_once([of_record[k] for of_record in answers]) for k in range(len(answers[0]) if answers else 0)
-    )
+    def __init__(self, holds: Iterable[str]) -> None:
+        """Begin; `holds`: names of the inputs."""
+        self._inputs = tuple(holds)
+        self._answers: dict[str, list[list[Answer]]] = {}
+
+    def see(self, record: Record) -> None:
+        """Take in a record."""
+        if record.is_sweep or not self._inputs or not all(record.has(name) for name in self._inputs):
+            return
+        inputs = [record.signals[name] for name in self._inputs]
+        for name, output in record.signals.items():
+            if name in self._inputs or name in NEVER_AT_ONCE:
+                continue
+            if answers := answers_to_steps(inputs, output):
+                self._answers.setdefault(name, []).append(answers)
+
+    @property
+    def after_jumps(self) -> frozenset[str]:
+        """Outputs whose rows already have an input of their own row."""
+        return frozenset(
+            name
+            for name, of_records in self._answers.items()
+            if any(_is_at_once(of_input) for of_input in zip(*of_records, strict=True))
+        )
+
+
+def find_after_jumps(records: Iterable[Record], holds: Iterable[str]) -> frozenset[str]:
+    """Return the outputs of records that are read just after an input jumps; `holds`: names of the inputs."""
+    evidence = JumpEvidence(holds)
+    for record in records:
+        evidence.see(record)
+    return evidence.after_jumps
 
 
 def _is_at_once(answers: Sequence[Answer]) -> bool:
@@ -105,32 +125,3 @@ def answers_to_steps(inputs: Sequence[FloatArray], output: FloatArray) -> list[A
         second = first * (1.0 + float(coefficients[0])) + float(coefficients[at + 1])
         answers.append(Answer(first, second, float(errors[at])))
     return answers
-
-
-def read_alike(records: Sequence[Record], holds: Mapping[str, str]) -> tuple[Record, ...]:
-    """Return records that one instrument read, with what all of them together show of its readings."""
-    after = find_after_jumps(records, holds)
-    return tuple(replace(one, after_jumps=after) for one in records)
-
-
-def remarks_on_jumps(records: Sequence[Record], holds: Mapping[str, str]) -> tuple[str, ...]:
-    """Return what a user must know of outputs that are read after jumps, where an input is held."""
-    held = [name for name, hold in holds.items() if hold == "zero"]
-    if not held or not records:
-        return ()
-    after = sorted(records[0].after_jumps or ())
-    return tuple(AFTER_JUMP.format(output=name, inputs=" and ".join(held)) for name in after)
-
-
-def find_after_jumps(records: Sequence[Record], holds: Mapping[str, str]) -> frozenset[str]:
-    """Return the outputs of records that are read just after an input jumps; the keys of `holds` are the inputs."""
-    driven = [one for one in records if not one.is_sweep and holds and all(one.has(name) for name in holds)]
-    outputs = dict.fromkeys(name for one in driven for name in one.signals if name not in holds)
-    return frozenset(
-        name
-        for name in outputs
-        if name not in NEVER_AT_ONCE
-        and reads_after_jump(
-            ([one.signals[source] for source in holds], one.signals[name]) for one in driven if one.has(name)
-        )
-    )

@@ -21,7 +21,7 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError, nearest
 from rtctl.border.simulation import Simulation
-from rtctl.measured.dataset import Record
+from rtctl.measured.dataset import Dataset, Record
 from rtctl.measured.repeats import noise_floors
 from rtctl.measured.stimulus import make_stimulus
 from rtctl.measured.stored import StoredDataset
@@ -103,14 +103,14 @@ class DatasetComparison(NamedTuple):
         ]
 
 
-def simulation_for(path: Path, dataset: StoredDataset) -> Simulation:
+def simulation_for(path: Path, dataset: Dataset | StoredDataset) -> Simulation:
     """Return the model of the file `path` in the dataset's units. Raises InputError where the two do not fit."""
     kind = model_kind(path)
     check_kind(kind, dataset, str(path))
     return simulation_of(kind, read_model(path, kind), dataset, str(path))
 
 
-def check_kind(kind: str, dataset: StoredDataset, source: str) -> None:
+def check_kind(kind: str, dataset: Dataset | StoredDataset, source: str) -> None:
     """Raise InputError where a model of this kind, from the file `source`, does not fit the dataset."""
     simulated = [name for name, one in plant_kinds().items() if one.model is not None]
     if kind in simulated and dataset.plant != kind:
@@ -123,7 +123,7 @@ def check_kind(kind: str, dataset: StoredDataset, source: str) -> None:
         )
 
 
-def simulation_of(kind: str, model: Any, dataset: StoredDataset, source: str) -> Simulation:
+def simulation_of(kind: str, model: Any, dataset: Dataset | StoredDataset, source: str) -> Simulation:
     """Return a model in the dataset's units. Raises InputError where the two do not fit.
 
     Args:
