@@ -11,6 +11,9 @@ import serial
 
 FULL = "the port takes no more bytes, nobody reads at its other end"
 _RECEIVE_BYTES = 4096
+_hung_up: dict[
+    str, tuple[int, int]
+] = {}  # links to pseudo-terminals that hung up: inode, time of making [ns]
 
 
 class SerialPort:
@@ -23,7 +26,13 @@ class SerialPort:
             path: path of the port.
             baud: baud rate [bit/s].
             timeout_s: timeout of a write [s].
+
+        A pseudo-terminal that hung up never comes back, and its number becomes another program's terminal: a
+        link that still leads to it is not followed until it is made anew.
         """
+        self._path, self._link = path, _link_of(path)
+        if self._link is not None and _hung_up.get(path) == self._link:
+            raise OSError(f"{path} still leads to {os.readlink(path)}, which hung up: start the device again")
         self._port = serial.Serial(path, baud, timeout=0, write_timeout=timeout_s, exclusive=True)
         with suppress(OSError, ValueError, NotImplementedError):  # FTDI: 1 ms instead of 16
             self._port.set_low_latency_mode(True)
@@ -48,7 +57,21 @@ class SerialPort:
     def close(self) -> None:
         """Close the port. Never raises."""
         with suppress(OSError):
+            if self._link is not None and any(event & select.POLLHUP for _, event in self._poll.poll(0)):
+                _hung_up[self._path] = self._link
+        with suppress(OSError):
             self._port.close()
+
+
+def _link_of(path: str) -> tuple[int, int] | None:
+    """Return what tells a link to a pseudo-terminal from one made anew; None: `path` is none."""
+    try:
+        if not os.path.islink(path) or not os.path.realpath(path).startswith("/dev/pts/"):
+            return None
+        status = os.lstat(path)
+    except OSError:
+        return None
+    return status.st_ino, status.st_mtime_ns
 
 
 def write_all(fd: int, data: bytes) -> int:

@@ -8,6 +8,7 @@ import select
 import socket
 import threading
 import tty
+import weakref
 from collections.abc import Iterator
 from contextlib import contextmanager
 from queue import SimpleQueue
@@ -31,13 +32,16 @@ class End(Protocol):
 
 
 class PtyEnd:
-    """A pty's master; the driver opens `path`."""
+    """A pty's master; the driver opens `path`, whose number is nobody else's while this object lives."""
 
     def __init__(self) -> None:
         self._master, self._slave = os.openpty()
         tty.setraw(self._slave)
         self.path = os.ttyname(self._slave)
         self._open = True
+        weakref.finalize(
+            self, os.close, self._slave
+        )  # a driver that reconnects meets no other test's terminal
 
     def fileno(self) -> int:
         return self._master
@@ -56,7 +60,6 @@ class PtyEnd:
     def vanish(self) -> None:
         if self._open:
             self._open = False
-            os.close(self._slave)
             os.close(self._master)
 
 

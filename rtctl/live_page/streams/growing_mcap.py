@@ -1,9 +1,10 @@
-"""An MCAP file that grows and is whole at any moment: index and footer are written anew behind the settled part.
+"""An MCAP file that grows and is whole between writes: index and footer are written anew behind the settled part.
 
     [magic, header, closed chunks ...] settled | [open chunk, its index, data end, summary, footer] anew each time
 
 A reader such as PlotJuggler's wants the summary at the end of the file and opens no file without it, so a recorder that
-was killed must have left one. Chunks that are full (1 MiB before compression) are settled and never touched again.
+was killed must have left one. Killed in the millisecond of a write it leaves a file for `mcap recover`, of MCAP's own
+program. Chunks that are full (1 MiB before compression) are settled and never touched again.
 Reference: MCAP format specification, https://mcap.dev/spec.
 """
 
