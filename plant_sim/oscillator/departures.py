@@ -88,7 +88,7 @@ class Departure:
             self._states = own.own_start(np.full(lanes, start[0, 0]), np.full(lanes, start[0, 1]))
             if memory.step is not None:
                 self._rows[len(TERMS) + memory.step] = drive.step_s
-        self._kernel = _bound(self._law, states)
+        self._kernel = bound_force(self._law, states)
 
     def pushed(self, lane: int) -> Driven:
         """Return the drive under which the equation departs as the mechanism of a lane makes it."""
@@ -116,7 +116,7 @@ def acts_as_a_force(mechanism: OscillatorMechanism, equation: Equation, own: Equ
 
 
 @lru_cache(maxsize=64)
-def _bound(memory_law: Any, states: int) -> Any:
+def bound_force(memory_law: Any, states: int) -> Any:
     """Return the compiled `force_along` of a memory law; None: of a mechanism without one."""
     bound = (
         bind(without_memory, inline=True)

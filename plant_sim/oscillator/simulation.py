@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plant_sim.oscillator.departures import Departure, acts_as_a_force
+from plant_sim.oscillator.equation.terms import GAIN, TERMS
+from plant_sim.oscillator.forces import STEPS, mean_forces, mean_of_steps
 from plant_sim.oscillator.integration.node_cache import cached
 from plant_sim.oscillator.integration.steps import Plan, check_work
 from plant_sim.oscillator.mechanism import Driven, Moved, OscillatorMechanism, Sampled, Values, in_units
@@ -125,6 +127,37 @@ class OscillatorSimulation:
             for name, of_lane in moved.items():
                 outputs[name][lane] = of_lane[0]
         return Prediction(outputs, _diverged(outputs["displacement"]))
+
+    def forces_along(
+        self,
+        extended: OscillatorSimulation,
+        stimulus: Stimulus,
+        values: FloatArray,
+        displacement: FloatArray,
+        velocity: FloatArray,
+    ) -> FloatArray | None:
+        """See `HasForces.forces_along`."""
+        added = extended.mechanisms[-1]
+        nominal, own = (Equation.of(extended.parameters, acting, values) for acting in ([], [added]))
+        if any(memory.damping is not None for memory in own.memories):
+            return None
+        steps = STEPS * (stimulus.samples - 1)
+
+        def driven(
+            model: OscillatorSimulation, acting: list[OscillatorMechanism], lane: FloatArray
+        ) -> Driven:
+            drive = model._drive(stimulus, acting, lane, STEPS)
+            return drive._replace(nodes=drive.nodes[:steps])
+
+        drive = driven(self, [], values[0])
+        if not added.acts_before_the_equation:
+            acts = bool(own.memories) or (own.rows[: len(TERMS)] != nominal.rows).any()
+            return mean_forces(own, nominal, drive, displacement, velocity) if acts else None
+        plain = mean_of_steps(drive.nodes)
+        moved = [driven(extended, [added], lane).nodes for lane in values]
+        changes = np.array([mean_of_steps(nodes) - plain for nodes in moved])
+        forces: FloatArray = nominal.rows[GAIN][:, None] * changes
+        return forces
 
     def with_values(self, values: FloatArray) -> OscillatorSimulation:
         """Return the same model with `values` (parameters,) as its own."""

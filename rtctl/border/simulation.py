@@ -156,6 +156,33 @@ class HasDepartures(Protocol):
 
 
 @runtime_checkable
+class HasForces(Protocol):
+    """A simulation of an equation of motion, whose forces can be taken along a motion that was measured."""
+
+    def forces_along(
+        self,
+        extended: Any,
+        stimulus: Stimulus,
+        values: FloatArray,
+        displacement: FloatArray,
+        velocity: FloatArray,
+    ) -> FloatArray | None:
+        """Return the mean force per mass over each sample period that the last mechanism of `extended` exerts.
+
+        Args:
+            extended: The same with one mechanism more.
+            stimulus: Inputs.
+            values: (lanes, parameters) of `extended`.
+            displacement: (n,) at the samples.
+            velocity: (n,) at the samples.
+
+        Returns:
+            (lanes, n - 1); None where it exerts none, or one that depends on more than the motion.
+        """
+        ...
+
+
+@runtime_checkable
 class HasCatalogue(Protocol):
     """A simulation whose mechanisms are its own and not those of its kind of plant."""
 

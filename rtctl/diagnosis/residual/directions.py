@@ -139,7 +139,7 @@ def mechanism_sensitivities(
     slopes = np.zeros((len(directions), len(outputs), record.samples - record.first))
     left = [k for k, direction in enumerate(directions) if direction.record in (ALL, index)]
     for step in problem.subject.difference_steps.sizes if left else ():
-        lanes = _lanes(hypothesis, simulation, [directions[k] for k in left], index, step)
+        lanes = lanes_along(hypothesis, simulation, [directions[k] for k in left], index, step)
         start = np.asarray(hypothesis.start(index))
         try:
             run = _predict(
@@ -174,8 +174,8 @@ def _predict(
     return extended.predict(stimulus, lanes, np.tile(start, (len(lanes), 1)), steps_per_period)
 
 
-def _lanes(
-    hypothesis: Hypothesis, simulation: Simulation, directions: list[Direction], index: int, step: float
+def lanes_along(
+    hypothesis: Hypothesis, simulation: Simulation, directions: Sequence[Direction], index: int, step: float
 ) -> FloatArray:
     """Return the parameter values (1 + directions, parameters) at the neutral point and one step along each."""
     identity = directions[0].mechanism

@@ -178,7 +178,7 @@ def _start_candidate(
     usable = projected.usable[np.asarray(group)]
     steps = _solve_joint_step(projected, len(parent.hypothesis.shared), group)
     room = _make_room(parent, group, steps, limits)
-    return _candidate_at(parent, group, steps, room, min(factor, _limit_step(parent, room, limits)), usable)
+    return candidate_at(parent, group, steps, room, min(factor, _limit_step(parent, room, limits)), usable)
 
 
 def _start_in_valley(
@@ -190,10 +190,10 @@ def _start_in_valley(
     room = _follow(parent, group, steps)
     step = min(1.0, _limit_step(parent, room, limits), _room_within_bounds(parent, room))
     fitted = np.ones(len(group), dtype=bool)
-    return _candidate_at(parent, group, steps, room, share * step, fitted) if step > 0.0 else None
+    return candidate_at(parent, group, steps, room, share * step, fitted) if step > 0.0 else None
 
 
-def _candidate_at(
+def candidate_at(
     parent: TestedHypothesis,
     group: Sequence[int],
     steps: FloatArray,

@@ -41,6 +41,7 @@ from rtctl.diagnosis.search.model_selection import (
     whitened_bic,
 )
 from rtctl.diagnosis.search.outcome import SearchResult, find_equivalents, replace_chosen
+from rtctl.diagnosis.search.regressed_candidates import propose_by_regression
 from rtctl.diagnosis.search.state import SearchSettings, SearchState, StopReason
 from rtctl.diagnosis.search.successive_halving import halve_successively
 
@@ -91,6 +92,9 @@ def select_forward(state: SearchState) -> SearchState:
         return replace(state, stop=StopReason.LARGEST_SET)
     parents = state.parents if size <= state.limits.beam_size else (state.best,)
     groups = [propose_candidates(parent, state.limits) for parent in parents]
+    if size <= 2:
+        regressed = propose_by_regression(state.nominal, state.problem)
+        groups = [[one for one in regressed if len(one.mechanisms) == size], *groups]
     if size == 2:
         groups = [propose_pairs(state.nominal, state.limits), *groups]
     fits = halve_successively(state.problem, interleave(groups), state.settings.report, state.settings.budget)

@@ -120,6 +120,24 @@ class SearchThresholds:
     """Largest linear step of a parameter that the set already has, as a share of its value or, if larger, of its
     typical size. A stiffness of 57 150 had started at -405 000, and that motion took 53 of 76 s."""
 
+    # Candidates by regression on the measured motion.
+    regressed_samples: int = 60_000
+    """Number of samples of all records together that are regressed."""
+    regressed_step: float = 0.1
+    """Step along a direction, in its scale, by which its force is taken: most forces are linear in it."""
+    regressed_visible: float = 0.001
+    """Share of a force's squares beyond the nominal terms below which it is no candidate: a relaxation that is fast is
+    a damper, and only their difference would be left of both."""
+    regressed_share: float = 0.8
+    """Share of what fewer mechanisms leave of the squared acceleration below which a set is tried."""
+    regressed_tried: int = 5
+    """Number of sets of each size that are tried."""
+    regressed_refined: int = 3
+    """Number of single mechanisms whose shapes are refined first: a stop beside its place leaves more than another law
+    at its best."""
+    regressed_trials: int = 25
+    """Trials of that for each shape."""
+
     # Successive halving of the candidates.
     first_iterations: int = 6
     """Levenberg-Marquardt iterations of every start."""

@@ -16,6 +16,9 @@ from rtctl.identification.scales import find_dominant_rate
 MOST_AMPLIFIED = 10.0
 """Times by which noise below the motion's frequency is amplified more than the motion; what would be is left out."""
 
+PERIODS_DISTURBED = 1.5
+"""Periods of the lowest frequency that is kept, over which the ends of a record disturb an integral."""
+
 
 def estimate_motion(record: FitRecord, wanted: str) -> FloatArray:
     """Return `wanted` (n,), "displacement" or "velocity", as it was measured, or integrated from its lowest derivative.
@@ -39,9 +42,22 @@ def without_slow_part(record: FitRecord, values: FloatArray) -> FloatArray:
     return _integrate(record, values, 0)
 
 
-def _integrate(record: FitRecord, values: FloatArray, times: int) -> FloatArray:
+def disturbed_samples(record: FitRecord) -> int:
+    """Return how many samples at each end of a record an integrated motion is no good estimate.
+
+    The spectrum takes the record for periodic, and its end is joined to its start.
+    """
+    order = derivative_order(response_of([record]))
+    return round(PERIODS_DISTURBED * 2.0 * np.pi / (_lowest_rate(record) * record.period_s)) if order else 0
+
+
+def _lowest_rate(record: FitRecord) -> float:
     from_displacement = derivative_order(response_of([record]))
-    lowest = find_dominant_rate([record]) / MOST_AMPLIFIED ** (1.0 / from_displacement)
+    return float(find_dominant_rate([record]) / MOST_AMPLIFIED ** (1.0 / from_displacement))
+
+
+def _integrate(record: FitRecord, values: FloatArray, times: int) -> FloatArray:
+    lowest = _lowest_rate(record)
     rates = 2.0 * np.pi * np.fft.rfftfreq(len(values), record.period_s)
     spectrum = np.fft.rfft(values)
     kept = rates > lowest

@@ -23,12 +23,18 @@ from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.regression.integrated_motion import estimate_motion, without_slow_part
+from rtctl.identification.regression.integrated_motion import (
+    disturbed_samples,
+    estimate_motion,
+    without_slow_part,
+)
 
 ORDER = 8
 HALF_WIDTH_PERIODS = 0.35
 MIN_HALF_WIDTH_SAMPLES = 6
 BUMPS_PER_HALF_WIDTH = 8
+MOST_OF_AN_EDGE = 4
+"""A quarter of a record at each end at most is left out as disturbed."""
 RANK_TOLERANCE = 1e-7
 _BLOCK = 4096  # bumps at a time: memory stays flat however long a record is
 
@@ -115,6 +121,29 @@ def regress(
     return _solve(gram, list(terms), known, half_width_s)
 
 
+def weak_gram(
+    record: FitRecord, names: Sequence[str], half_width_s: float, forces: FloatArray
+) -> tuple[FloatArray, float]:
+    """Return the Gram matrix of the acceleration, terms and further forces of a record, integrated over bumps.
+
+    Args:
+        record: Record.
+        names: Names of terms (t) in `TERMS`.
+        half_width_s: Half-width of the bumps [s].
+        forces: Forces per mass (k, n), each as its mean from a sample to the next.
+
+    Returns:
+        (1 + t + k, 1 + t + k), without what noise adds to terms; what it adds to the acceleration's square.
+    """
+    count = 1 + len(names) + len(forces)
+    gram, noise = np.zeros((count, count)), 0.0
+    for rows, by_noise in _build_rows(record, names, half_width_s, forces):
+        gram += rows.T @ rows
+        gram[: len(by_noise), : len(by_noise)] -= by_noise
+        noise += float(by_noise[0, 0])
+    return gram, noise
+
+
 def _solve(gram: FloatArray, terms: list[str], known: Mapping[str, float], half_width_s: float) -> WeakFit:
     """Solve the least squares from the Gram matrix of (acceleration, terms, known terms), columns scaled."""
     taken = np.concatenate(([1.0], np.zeros(len(terms)), [-value for value in known.values()]))
@@ -136,11 +165,12 @@ def _solve(gram: FloatArray, terms: list[str], known: Mapping[str, float], half_
 
 
 def _build_rows(
-    record: FitRecord, names: Sequence[str], half_width_s: float
+    record: FitRecord, names: Sequence[str], half_width_s: float, forces: FloatArray | None = None
 ) -> Iterable[tuple[FloatArray, FloatArray]]:
     """Yield blocks (bumps, 1 + terms): the acceleration and each term in the equation, integrated over bumps.
 
-    With each comes what noise adds to its Gram matrix: the same samples are in all columns.
+    With each comes what noise adds to its Gram matrix: the same samples are in all columns. Mean `forces` (k, n) from
+    each sample to the next are further columns, of which that is not known.
     """
     h = record.period_s
     m = max(2, round(half_width_s / h))
@@ -154,11 +184,16 @@ def _build_rows(
         columns.append(
             _Column(term.feature(signals), term.sign * kernel, _differentiate_feature(term, signals))
         )
+    held = _sample_held_bump(m, h, "zero")
     hop = max(1, m // BUMPS_PER_HALF_WIDTH)
-    positions = np.arange(0, record.samples - 2 * m, hop)
+    edge = min(disturbed_samples(record), (record.samples - 2 * m) // MOST_OF_AN_EDGE)
+    positions = np.arange(edge, record.samples - 2 * m - edge, hop)
     for begin in range(0, len(positions), _BLOCK):
         where = positions[begin : begin + _BLOCK]
         rows = np.stack([_integrate_windows(one.feature, one.kernel, where, hop) for one in columns], axis=1)
+        if forces is not None:
+            further = [_integrate_windows(force, held, where, hop) for force in forces]
+            rows = np.column_stack((rows, *further))
         sparse = where[::BUMPS_PER_HALF_WIDTH]  # an expectation varies slowly: fewer bumps tell it
         by_noise = _compute_noise_gram(columns, signals.noise, sparse, hop * BUMPS_PER_HALF_WIDTH)
         yield rows, by_noise * (len(where) / len(sparse))
@@ -202,6 +237,12 @@ def _integrate_windows(
     windows = np.lib.stride_tricks.sliding_window_view(signal, len(kernel))
     found: FloatArray = windows[positions[0] : positions[-1] + 1 : hop] @ kernel
     return found
+
+
+def sample_motion(record: FitRecord, half_width_s: float) -> tuple[FloatArray, FloatArray]:
+    """Return displacement and velocity (n,) at the samples; a velocity that was not measured is smoothed over bumps."""
+    signals = _sample_signals(record, max(2, round(half_width_s / record.period_s)))
+    return signals.z, signals.v
 
 
 def _sample_signals(record: FitRecord, m: int) -> Sampled:

@@ -115,6 +115,9 @@ def _pushed(
     start = np.atleast_2d(hypothesis.start(index))
     plain = _quickly_held(record.stimulus)
     base = hypothesis.simulation.predict(plain, values, start, problem.steps_per_period)
+    if (base.diverged_at >= 0).any():  # it is at the edge of divergence
+        plain = record.stimulus
+        base = hypothesis.simulation.predict(plain, values, start, problem.steps_per_period)
     scales, u = problem.scales, record.stimulus.inputs["drive"]
     z = base.outputs["displacement"][0] / scales.displacement
     v = base.outputs["velocity"][0] / scales.velocity

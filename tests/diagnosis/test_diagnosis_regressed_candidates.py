@@ -1,0 +1,85 @@
+"""Where the nominal model misses the motion, sets start from a regression on the measured one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from diagnosis_cases import PERIOD_S, device, measured, noise_drive
+
+from rtctl.border.arrays import FloatArray
+from rtctl.border.simulation import Simulation, Stimulus
+from rtctl.diagnosis.problem.fit import fit_hypothesis
+from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.subjects import subject_of
+from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
+from rtctl.diagnosis.search.regressed_candidates import propose_by_regression
+from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.scales import estimate_scales
+
+IDS = ("stop.two_sided", "stiffness.quintic", "friction.coulomb", "damping.quadratic", "sensor.lag")
+STOPS = {
+    "id": "stop.two_sided",
+    "parameters": {
+        "stiffness": {"value": 4e4, "unit": "1/s^2"},
+        "lower": {"value": -1.0, "unit": "mm"},
+        "upper": {"value": 1.0, "unit": "mm"},
+    },
+}
+FRICTION = {"id": "friction.coulomb", "parameters": {"level": {"value": 600.0, "unit": "mm/s^2"}}}
+
+
+def case(model: Simulation, *mechanisms: dict[str, object]) -> tuple[Problem, TestedHypothesis]:
+    """`model`, not fitted, beside two records of a device that has `mechanisms`."""
+    records = []
+    for seed in (1, 2):
+        drive = noise_drive(seed, 15.0)
+        z = measured(device(*mechanisms), drive, noise=1e-3)
+        stimulus = Stimulus(inputs={"drive": drive}, holds={"drive": "linear"}, period_s=PERIOD_S)
+        records.append(FitRecord(name=f"r{seed}", stimulus=stimulus, measured={"displacement": z}))
+    found = tuple(records)
+    problem = Problem(
+        subject=subject_of("oscillator"), records=found, scales=estimate_scales(found), steps_per_period=64.0
+    )
+    nominal = fit_hypothesis(problem, model, (), iterations=0)
+    assert nominal is not None
+    return problem, run_residual_tests(nominal, problem, IDS)
+
+
+def started(values: Simulation) -> dict[str, float]:
+    return {one.name: one.value for one in values.parameters}
+
+
+def test_stops_that_a_cubic_spring_stands_in_for() -> None:
+    """The linear step from the cubic spring's motion knows nothing of them."""
+    model = device(stiffness=(1.0e4, "1/s^2"), stiffness_cubic=(3e4, "1/(mm^2*s^2)"))
+    problem, parent = case(model, STOPS)
+    first, *_ = propose_by_regression(parent, problem)
+    assert first.mechanisms == ("stop.two_sided",)
+    start = started(first.simulation)
+    assert start["stiffness"] == pytest.approx(1.6e4, rel=0.01)
+    assert start["drive_gain"] == pytest.approx(450.0, rel=0.01)
+    assert start["stop.two_sided.stiffness"] == pytest.approx(4e4, rel=0.03)
+    assert start["stop.two_sided.upper"] == pytest.approx(1.0, rel=0.01)
+
+
+def test_two_at_once() -> None:
+    model = device(stiffness=(0.9e4, "1/s^2"), stiffness_cubic=(3e4, "1/(mm^2*s^2)"))
+    problem, parent = case(model, STOPS, FRICTION)
+    pairs = [one for one in propose_by_regression(parent, problem) if len(one.mechanisms) == 2]
+    assert set(pairs[0].mechanisms) == {"stop.two_sided", "friction.coulomb"}
+    assert started(pairs[0].simulation)["friction.coulomb.level"] == pytest.approx(600.0, rel=0.03)
+
+
+def test_none_where_the_model_follows_the_motion_or_nothing_is_missing() -> None:
+    problem, parent = case(device())
+    assert propose_by_regression(parent, problem) == []
+    problem, parent = case(device(stiffness=(1.0e4, "1/s^2")))
+    assert propose_by_regression(parent, problem) == []
+
+
+def test_starts_are_the_measured_ones() -> None:
+    model = device(stiffness=(1.0e4, "1/s^2"), stiffness_cubic=(3e4, "1/(mm^2*s^2)"))
+    problem, parent = case(model, STOPS)
+    first, *_ = propose_by_regression(parent, problem)
+    shown: FloatArray = np.array([record.measured["displacement"][0] for record in problem.records])
+    np.testing.assert_allclose(first.starts[:, 0], shown, atol=0.02)
