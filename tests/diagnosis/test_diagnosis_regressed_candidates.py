@@ -53,7 +53,7 @@ def test_stops_that_a_cubic_spring_stands_in_for() -> None:
     """The linear step from the cubic spring's motion knows nothing of them."""
     model = device(stiffness=(1.0e4, "1/s^2"), stiffness_cubic=(3e4, "1/(mm^2*s^2)"))
     problem, parent = case(model, STOPS)
-    first, *_ = propose_by_regression(parent, problem)
+    first, *_ = propose_by_regression(parent, problem, 1)
     assert first.mechanisms == ("stop.two_sided",)
     start = started(first.simulation)
     assert start["stiffness"] == pytest.approx(1.6e4, rel=0.01)
@@ -65,21 +65,21 @@ def test_stops_that_a_cubic_spring_stands_in_for() -> None:
 def test_two_at_once() -> None:
     model = device(stiffness=(0.9e4, "1/s^2"), stiffness_cubic=(3e4, "1/(mm^2*s^2)"))
     problem, parent = case(model, STOPS, FRICTION)
-    pairs = [one for one in propose_by_regression(parent, problem) if len(one.mechanisms) == 2]
+    pairs = propose_by_regression(parent, problem, 2)
     assert set(pairs[0].mechanisms) == {"stop.two_sided", "friction.coulomb"}
     assert started(pairs[0].simulation)["friction.coulomb.level"] == pytest.approx(600.0, rel=0.03)
 
 
-def test_none_where_the_model_follows_the_motion_or_nothing_is_missing() -> None:
-    problem, parent = case(device())
-    assert propose_by_regression(parent, problem) == []
-    problem, parent = case(device(stiffness=(1.0e4, "1/s^2")))
-    assert propose_by_regression(parent, problem) == []
+@pytest.mark.parametrize("size", [1, 2])
+def test_none_where_the_model_follows_the_motion_or_nothing_is_missing(size: int) -> None:
+    for model in (device(), device(stiffness=(1.0e4, "1/s^2"))):
+        problem, parent = case(model)
+        assert propose_by_regression(parent, problem, size) == []
 
 
 def test_starts_are_the_measured_ones() -> None:
     model = device(stiffness=(1.0e4, "1/s^2"), stiffness_cubic=(3e4, "1/(mm^2*s^2)"))
     problem, parent = case(model, STOPS)
-    first, *_ = propose_by_regression(parent, problem)
+    first, *_ = propose_by_regression(parent, problem, 1)
     shown: FloatArray = np.array([record.measured["displacement"][0] for record in problem.records])
     np.testing.assert_allclose(first.starts[:, 0], shown, atol=0.02)

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from rtctl.diagnosis.search.elimination.backward_elimination import had_stopped_short
-from rtctl.diagnosis.search.stepwise import find_almost_passing
+from rtctl.diagnosis.search.leaders import find_almost_passing
 from rtctl.diagnosis.thresholds import SearchThresholds
 
 LIMITS = SearchThresholds()

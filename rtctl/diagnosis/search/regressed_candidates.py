@@ -173,8 +173,13 @@ class Regression:
         return at(np.asarray(found))
 
 
-def propose_by_regression(parent: TestedHypothesis, problem: Problem) -> list[Candidate]:
-    """Return the nominal model with the mechanisms that explain the measured motion best, alone and in pairs.
+def propose_by_regression(parent: TestedHypothesis, problem: Problem, size: int) -> list[Candidate]:
+    """Return the nominal model with one mechanism, or two, that explain the measured motion best.
+
+    Args:
+        parent: Tested nominal model.
+        problem: Records.
+        size: Number of mechanisms, 1 or 2.
 
     Returns:
         Best first; none where the nominal model follows the motion, has mechanisms, or is no equation of motion.
@@ -192,14 +197,14 @@ def propose_by_regression(parent: TestedHypothesis, problem: Problem) -> list[Ca
     alone, groups = regression.solve(), regression.groups()
     if alone.left < limits.regressed_share * regression.noise:
         return []
-    singles = regression.possible(groups)
-    worth = [one for one in singles if one.left < limits.regressed_share * alone.left]
-    tried = worth[: limits.regressed_tried]
-    pairs = regression.possible([pair for one in tried for pair in _beside(regression, one, groups)])
-    least = limits.regressed_share * min((one.left for one in worth), default=alone.left)
-    better = [one for one in pairs if one.left < least][: limits.regressed_tried]
-    chosen = sorted([*tried, *better], key=lambda one: one.left)
-    return [_candidate(parent, problem, regression, one) for one in chosen]
+    found, most = regression.possible(groups), limits.regressed_tried
+    least = min([alone.left, *(one.left for one in found[: size - 1])])
+    if size == 2:
+        found = regression.possible(
+            [pair for one in found[:most] for pair in _beside(regression, one, groups)]
+        )
+    found = [one for one in found[:most] if one.left < limits.regressed_share * least]
+    return [_candidate(parent, problem, regression, one) for one in found]
 
 
 def _beside(regression: Regression, one: Regressed, groups: Sequence[list[int]]) -> list[list[int]]:

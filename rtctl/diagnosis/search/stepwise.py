@@ -8,13 +8,9 @@ plain cost: the noise is not known then, and a filter that whitens a misfit hide
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
-from rtctl.diagnosis.nominal_fit.misfit.relative_misfit import relative_misfit
-from rtctl.diagnosis.nominal_fit.misfit.segment_misfit import segment_cost, sort_by_segments
 from rtctl.diagnosis.nominal_fit.step_refinement import refine_steps
-from rtctl.diagnosis.nominal_fit.whole_record_start import refit_from_segments
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.noise_floor import residual_over_noise
@@ -34,16 +30,21 @@ from rtctl.diagnosis.search.elimination.simpler_laws import (
     prefer_fewest_unknowns,
     prefer_simpler_laws,
 )
+from rtctl.diagnosis.search.leaders import (
+    find_almost_passing,
+    find_leaders,
+    find_passing_tie,
+    refit_leaders_from_segments,
+)
 from rtctl.diagnosis.search.model_selection import (
     best_of_each_set,
     rank_hypotheses,
-    select_likeliest,
     whitened_bic,
 )
 from rtctl.diagnosis.search.outcome import SearchResult, find_equivalents, replace_chosen
 from rtctl.diagnosis.search.regressed_candidates import propose_by_regression
 from rtctl.diagnosis.search.state import SearchSettings, SearchState, StopReason
-from rtctl.diagnosis.search.successive_halving import halve_successively
+from rtctl.diagnosis.search.successive_halving import Candidate, halve_successively
 
 
 def search_stepwise(problem: Problem, nominal: Hypothesis, settings: SearchSettings) -> SearchResult:
@@ -92,15 +93,19 @@ def select_forward(state: SearchState) -> SearchState:
         return replace(state, stop=StopReason.LARGEST_SET)
     parents = state.parents if size <= state.limits.beam_size else (state.best,)
     groups = [propose_candidates(parent, state.limits) for parent in parents]
-    if size <= 2:
-        regressed = propose_by_regression(state.nominal, state.problem)
-        groups = [[one for one in regressed if len(one.mechanisms) == size], *groups]
+    if size == 1:
+        groups = [propose_by_regression(state.nominal, state.problem, size), *groups]
     if size == 2:
-        groups = [propose_pairs(state.nominal, state.limits), *groups]
+        groups = [*_propose_two(state, state.nominal), *groups]
     fits = halve_successively(state.problem, interleave(groups), state.settings.report, state.settings.budget)
     if not fits:
         return replace(state, stop=StopReason.NO_CANDIDATES)
     return replace(state, size=size, parents=parents, fits=tuple(fits))
+
+
+def _propose_two(state: SearchState, parent: TestedHypothesis) -> list[list[Candidate]]:
+    """Return the parent's set with two further mechanisms at once: by the measured motion, and by its residual."""
+    return [propose_by_regression(parent, state.problem, 2), propose_pairs(parent, state.limits)]
 
 
 def find_lower_nominal(state: SearchState) -> Hypothesis | None:
@@ -147,14 +152,14 @@ def select_best(state: SearchState) -> SearchState:
         The state with the passing set of the largest p-value as `best`, else one that almost passes, else the lowest
         cost; `parents` are the tested sets.
     """
-    leaders = _test_leaders(state)
+    leaders = find_leaders(state)
     if not any(state.settings.passes(one) for one in leaders) and not state.out_of_work:
-        leaders = _refit_leaders_from_segments(state, leaders)
+        leaders = refit_leaders_from_segments(state, leaders)
     passing = [one for one in leaders if state.settings.passes(one)]
     if passing:
         best = max(passing, key=lambda one: one.p_value)
         return replace(state, smaller=state.best, best=best, parents=tuple(leaders))
-    tied = _find_passing_tie(state, leaders)
+    tied = find_passing_tie(state, leaders)
     if tied is not None:
         return replace(state, smaller=state.best, best=tied, parents=(*leaders, tied))
     best = find_almost_passing(leaders, state.limits.almost_passing_p) or leaders[0]
@@ -243,12 +248,31 @@ def correct_identified_model(state: SearchState) -> SearchState:
 
 
 def stop_without_progress(state: SearchState) -> SearchState:
-    """End the search where the larger set removes too little, or the budget is spent."""
+    """End the search where the larger set removes too little, or the budget is spent.
+
+    Two more causes may do together what neither does alone: before the search stalls, pairs are tried beside the
+    smaller set.
+    """
     smaller, larger = state.smaller.hypothesis.cost, state.best.hypothesis.cost
     if larger > stall_share(state) * smaller:
+        jumped = _add_two_at_once(state)
+        if jumped is not None:
+            return assess_sets(jumped)
         partial = larger < state.limits.partial_share * smaller
         return replace(state, stop=StopReason.STALLED, best=state.best if partial else state.smaller)
     return replace(state, stop=StopReason.OUT_OF_WORK) if state.out_of_work else state
+
+
+def _add_two_at_once(state: SearchState) -> SearchState | None:
+    """Return the state with the smaller set and two causes more, fitted; None where that is not far better either."""
+    size, limits = state.size + 1, state.limits
+    if size > limits.largest_set or state.out_of_work:
+        return None
+    pairs = interleave(_propose_two(state, state.smaller))
+    fits = halve_successively(state.problem, pairs, state.settings.report, state.settings.budget)
+    if not fits or fits[0].cost > limits.stall_shares[-1] * state.smaller.hypothesis.cost:
+        return None
+    return replace(state, size=size, parents=(state.smaller,), fits=tuple(fits))
 
 
 def stall_share(state: SearchState) -> float:
@@ -332,64 +356,3 @@ def _with_equivalents(state: SearchState, result: SearchResult, *, plain: bool) 
     same = find_equivalents(state.problem, result.rankings, result.chosen, plain=plain)
     refined = None if state.problem is state.given else state.problem
     return result._replace(equivalent=same, refined_problem=refined)
-
-
-def _test_leaders(state: SearchState) -> list[TestedHypothesis]:
-    """Test the set of the lowest cost and the likeliest one, with coloured noise of its own."""
-    first = state.fits[0]
-    likely = select_likeliest(state.problem, state.fits[: state.limits.beam_width])
-    return [state.test(one) for one in ([first] if likely is first else [first, likely])]
-
-
-def _refit_leaders_from_segments(
-    state: SearchState, tested: Sequence[TestedHypothesis]
-) -> list[TestedHypothesis]:
-    """Refit the best sets from short segments, and test them in the order of their cost over segments.
-
-    The best are those of the lowest cost, and where no set is near the readings also those that fit segments best.
-    """
-    limits, fits = state.limits, state.fits
-    near = limits.beam_cost if state.size < limits.beam_size else limits.similar_cost
-    best = [one for one in fits[: limits.beam_width] if one.cost < near * fits[0].cost]
-    problem, count = state.problem.until(state.settings.budget), limits.segment_refits
-    first = best[:count]
-    if relative_misfit(problem, fits[0]) >= problem.thresholds.nominal_fit.close_misfit:
-        nearest = sort_by_segments(problem, fits[: limits.sets_over_segments])[:count]
-        first += [one for one in nearest if not any(one is other for other in best[:count])]
-    rest = [one for one in best if not any(one is other for other in first)]
-    refitted = [*(refit_from_segments(problem, one) for one in first), *rest]
-    refitted.sort(key=lambda one: one.cost)
-    field = refit_challengers(state.problem, state.parents, refitted, state.settings)
-    ordered = order_by_segments(state.problem, [one for one in field if one.cost < near * field[0].cost])
-    known = {id(one.hypothesis): one for one in tested}
-    return [known.get(id(one)) or state.test(one) for one in ordered]
-
-
-def _find_passing_tie(state: SearchState, tested: Sequence[TestedHypothesis]) -> TestedHypothesis | None:
-    """Return the first set that passes among those as good as the leader by cost."""
-    limits, lowest = state.limits, state.fits[0].cost
-    seen = {id(one.hypothesis) for one in tested}
-    for one in state.fits[: limits.tied_sets]:
-        if one.cost < limits.tied_cost * lowest and id(one) not in seen and not state.out_of_work:
-            further = state.test(one)
-            if state.settings.passes(further):
-                return further
-    return None
-
-
-def find_almost_passing(tested: Sequence[TestedHypothesis], least: float) -> TestedHypothesis | None:
-    """Return the set of the largest p-value if that is above `least` and the first one's is not.
-
-    Kinks keep a fit from its minimum, and the residual tests see how near it is.
-    """
-    nearest = max(tested, key=lambda one: one.p_value)
-    return nearest if nearest.p_value > least >= tested[0].p_value else None
-
-
-def order_by_segments(problem: Problem, field: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Return `field`, those about as good as the first in the order of their cost over short segments."""
-    close = [one for one in field if one.cost < problem.thresholds.search.similar_cost * field[0].cost]
-    if len(close) > 1:
-        costs = {id(one): segment_cost(problem, one) for one in close}
-        close.sort(key=lambda one: costs[id(one)])
-    return [*close, *field[len(close) :]]

@@ -1,0 +1,73 @@
+"""Before a search stalls, two causes more are tried at once beside the smaller set."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+from diagnosis_cases import PERIOD_S, device, measured, noise_drive
+
+from rtctl.border.simulation import Stimulus
+from rtctl.diagnosis.problem.fit import fit_hypothesis
+from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.subjects import subject_of
+from rtctl.diagnosis.problem.work_budget import WorkBudget
+from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
+from rtctl.diagnosis.search.state import SearchSettings, SearchState, StopReason
+from rtctl.diagnosis.search.stepwise import stop_without_progress
+from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.scales import estimate_scales
+
+IDS = ("damping.power", "timing.skew", "stiffness.cubic", "drive.offset")
+
+
+def cause(identity: str, **values: tuple[float, str]) -> dict[str, object]:
+    return {"id": identity, "parameters": {k: {"value": v, "unit": u} for k, (v, u) in values.items()}}
+
+
+POWER = cause("damping.power", level=(2e3, "mm/s^2"), exponent=(0.3, "1"), speed=(300.0, "mm/s"))
+SKEW = cause("timing.skew", late=(1e-3, "s"))
+
+
+@pytest.fixture(scope="module", params=[1, 2], ids=["two causes", "three causes"])
+def state(request: pytest.FixtureRequest) -> SearchState:
+    """Of a search that has tried a cubic spring beside the nominal model, or what goes for a set of one cause."""
+    records = []
+    for seed in (1, 2):
+        drive = noise_drive(seed)
+        reading = measured(device(POWER, SKEW), drive)
+        stimulus = Stimulus(inputs={"drive": drive}, holds={"drive": "linear"}, period_s=PERIOD_S)
+        record = FitRecord(name=f"r{seed}", stimulus=stimulus, measured={"displacement": reading}, first=1)
+        records.append(record)
+    found = tuple(records)
+    problem = Problem(
+        subject=subject_of("oscillator"), records=found, scales=estimate_scales(found), steps_per_period=64.0
+    )
+
+    def tested(*mechanisms: str) -> TestedHypothesis:
+        fit = fit_hypothesis(problem, device().extended(mechanisms), mechanisms)
+        assert fit is not None
+        return run_residual_tests(fit, problem, IDS)
+
+    smaller, best = tested(), tested("stiffness.cubic")
+    settings = SearchSettings(ids=IDS, level=0.002, budget=WorkBudget.of(math.inf))
+    return SearchState(
+        settings=settings, given=problem, problem=problem, nominal=smaller, best=best, smaller=smaller,
+        parents=(best,), size=request.param, fits=(best.hypothesis,),
+    )  # fmt: skip
+
+
+def test_they_are_accepted_where_they_pass(state: SearchState) -> None:
+    assert state.best.hypothesis.cost > 0.9 * state.smaller.hypothesis.cost
+    ended = stop_without_progress(state)
+    assert ended.stop is StopReason.PASSED
+    assert ended.result is not None
+    assert set(ended.result.chosen.hypothesis.mechanisms) == {"damping.power", "timing.skew"}
+
+
+def test_without_work_the_search_stalls(state: SearchState) -> None:
+    settings = SearchSettings(ids=IDS, level=0.002, budget=WorkBudget.of(0.0))
+    ended = stop_without_progress(replace(state, settings=settings))
+    assert ended.stop is StopReason.STALLED
+    assert ended.best is state.smaller
