@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from plant_sim.oscillator.departures import Departure, acts_as_a_force
 from plant_sim.oscillator.equation.terms import GAIN, TERMS
-from plant_sim.oscillator.forces import STEPS, mean_forces, mean_of_steps
+from plant_sim.oscillator.forces_of_mechanisms.along_motions import STEPS, mean_forces, mean_of_steps
+from plant_sim.oscillator.forces_of_mechanisms.departures import Departure, acts_as_a_force
 from plant_sim.oscillator.integration.node_cache import cached
 from plant_sim.oscillator.integration.steps import Plan, check_work
 from plant_sim.oscillator.mechanism import Driven, Moved, OscillatorMechanism, Sampled, Values, in_units

@@ -15,7 +15,7 @@ from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.residual.projection import RecordRows, project
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
-from rtctl.diagnosis.search.candidates import (
+from rtctl.diagnosis.search.proposals.candidates import (
     _limit_step,
     _make_room,
     interleave,

@@ -14,7 +14,7 @@ from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.screening.split import split_records
-from rtctl.diagnosis.search.candidates import propose_candidates
+from rtctl.diagnosis.search.proposals.candidates import propose_candidates
 from rtctl.identification.scales import estimate_scales
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.session.validation.model_validation import simulation_for

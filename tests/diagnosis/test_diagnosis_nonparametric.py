@@ -21,13 +21,13 @@ from rtctl.diagnosis.problem.subject import FittedModel, FittedRecords
 from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
-from rtctl.diagnosis.search.candidates import propose_candidates
 from rtctl.diagnosis.search.nonparametric import (
     compute_memory_p_value,
     find_better_alternative,
     find_memory_alternative,
 )
 from rtctl.diagnosis.search.outcome import SearchResult
+from rtctl.diagnosis.search.proposals.candidates import propose_candidates
 from rtctl.diagnosis.search.successive_halving import halve_successively
 from rtctl.diagnosis.verification.holdout_gain import judge_search
 from rtctl.diagnosis.verification.nonparametric_comparison import compare_nonparametric

@@ -12,7 +12,7 @@ from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
-from rtctl.diagnosis.search.regressed_candidates import propose_by_regression
+from rtctl.diagnosis.search.proposals.regression import propose_by_regression
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
 

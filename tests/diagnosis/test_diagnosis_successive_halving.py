@@ -20,8 +20,8 @@ from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.screening.split import split_records
-from rtctl.diagnosis.search.candidates import propose_candidates
 from rtctl.diagnosis.search.challengers import refit_challengers
+from rtctl.diagnosis.search.proposals.candidates import propose_candidates
 from rtctl.diagnosis.search.state import SearchSettings, SearchState
 from rtctl.diagnosis.search.stepwise import find_lower_nominal
 from rtctl.diagnosis.search.successive_halving import (

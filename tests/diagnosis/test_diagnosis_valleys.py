@@ -9,7 +9,7 @@ from diagnosis_cases import PERIOD_S, dataset_of, device, measured, problem_of
 
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
-from rtctl.diagnosis.search.candidates import propose_candidates
+from rtctl.diagnosis.search.proposals.candidates import propose_candidates
 
 LAG_S = 0.2 * PERIOD_S
 

@@ -19,7 +19,7 @@ from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.problem.work_budget import WallClockGuard, WorkBudget
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
-from rtctl.diagnosis.search.candidates import propose_candidates
+from rtctl.diagnosis.search.proposals.candidates import propose_candidates
 from rtctl.diagnosis.search.request import DiagnosisOptions
 from rtctl.diagnosis.search.successive_halving import Candidate, halve_successively
 from rtctl.diagnosis.thresholds import BudgetThresholds, Thresholds

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from plant_sim.oscillator import motion
-from plant_sim.oscillator.departures import acts_as_a_force
+from plant_sim.oscillator.forces_of_mechanisms.departures import acts_as_a_force
 from plant_sim.oscillator.mechanisms import MECHANISMS
 from plant_sim.oscillator.model import oscillator_simulation
 from plant_sim.oscillator.motion import Equation

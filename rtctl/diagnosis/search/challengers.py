@@ -8,10 +8,10 @@ from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.first_samples import run_search_tests
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
-from rtctl.diagnosis.search.candidates import propose_candidates
 from rtctl.diagnosis.search.elimination.backward_elimination import refit_without
 from rtctl.diagnosis.search.model_selection import best_of_each_set, rank_hypotheses, whitened_bic
 from rtctl.diagnosis.search.outcome import SearchResult
+from rtctl.diagnosis.search.proposals.candidates import propose_candidates
 from rtctl.diagnosis.search.state import SearchSettings
 from rtctl.diagnosis.search.successive_halving import halve_successively
 

@@ -18,8 +18,8 @@ from rtctl.diagnosis.problem.statement import state_simulated
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.noise_floor import noise_cost_of
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
-from rtctl.diagnosis.search.candidates import propose_candidates
 from rtctl.diagnosis.search.model_selection import whitened_bic
+from rtctl.diagnosis.search.proposals.candidates import propose_candidates
 from rtctl.diagnosis.search.successive_halving import halve_successively
 
 

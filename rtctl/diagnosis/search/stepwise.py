@@ -15,7 +15,6 @@ from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.noise_floor import residual_over_noise
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
-from rtctl.diagnosis.search.candidates import interleave, propose_candidates, propose_pairs
 from rtctl.diagnosis.search.challengers import list_unfinished, refit_challengers, refit_rivals
 from rtctl.diagnosis.search.elimination.backward_elimination import (
     drop_causes_within_allowance,
@@ -42,7 +41,8 @@ from rtctl.diagnosis.search.model_selection import (
     whitened_bic,
 )
 from rtctl.diagnosis.search.outcome import SearchResult, find_equivalents, replace_chosen
-from rtctl.diagnosis.search.regressed_candidates import propose_by_regression
+from rtctl.diagnosis.search.proposals.candidates import interleave, propose_candidates, propose_pairs
+from rtctl.diagnosis.search.proposals.regression import propose_by_regression
 from rtctl.diagnosis.search.state import SearchSettings, SearchState, StopReason
 from rtctl.diagnosis.search.successive_halving import Candidate, halve_successively
 

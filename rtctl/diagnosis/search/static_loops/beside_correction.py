@@ -16,11 +16,11 @@ from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
-from rtctl.diagnosis.search.candidates import propose_candidates
 from rtctl.diagnosis.search.elimination.holdout_support import is_told_apart
 from rtctl.diagnosis.search.holdout_error import Gain, measure_gains
 from rtctl.diagnosis.search.model_selection import rank_hypotheses
 from rtctl.diagnosis.search.outcome import SearchResult
+from rtctl.diagnosis.search.proposals.candidates import propose_candidates
 from rtctl.diagnosis.search.successive_halving import halve_successively
 from rtctl.identification.fit_record import FitRecord
 

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from plant_sim.oscillator.departures import bound_force
 from plant_sim.oscillator.equation.terms import TERMS
+from plant_sim.oscillator.forces_of_mechanisms.departures import bound_force
 from plant_sim.oscillator.mechanism import Driven
 from plant_sim.oscillator.motion import Equation
 from rtctl.border.arrays import FloatArray

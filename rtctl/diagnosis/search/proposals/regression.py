@@ -31,7 +31,7 @@ from rtctl.diagnosis.residual.directions import (
     parameters_by_name,
 )
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
-from rtctl.diagnosis.search.candidates import candidate_at
+from rtctl.diagnosis.search.proposals.candidates import candidate_at
 from rtctl.diagnosis.search.successive_halving import Candidate
 from rtctl.identification.regression.initial_state import estimate_initial_state
 from rtctl.identification.regression.weak_form import TERMS, choose_half_width, sample_motion, weak_gram
