@@ -17,12 +17,9 @@ from rtctl.diagnosis.report.causes import REFITTED_LOOPS
 from rtctl.diagnosis.report.pictures import noise_density, pictures
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search import catalogue_search as causes
-from rtctl.diagnosis.search.catalogue_search import (
-    LOOPS_NOT_CHECKED,
-    LOOPS_NOT_REFITTED,
-    correct_after_search,
-)
+from rtctl.diagnosis.search.catalogue_search import correct_after_search
 from rtctl.diagnosis.search.request import DiagnosisOptions, SearchRequest
+from rtctl.diagnosis.search.sentences import LOOPS_NOT_CHECKED, LOOPS_NOT_REFITTED
 from rtctl.diagnosis.search.static_loops import hysteresis_refit
 from rtctl.diagnosis.search.stepwise import significance_level
 from rtctl.diagnosis.thresholds import SearchThresholds, Thresholds
@@ -36,6 +33,7 @@ from rtctl.wiring_models import mechanism_ids
 
 LATE = 4
 """Samples."""
+LAG_S = 0.3e-3
 FEW_LEVELS = 17
 MORE_LEVELS = 27
 """So many that the gate lets pass what the loops are off by between them."""
@@ -170,6 +168,36 @@ def test_loops_between_the_levels_of_few_are_put_right_behind_a_delay(few_levels
     assert after.cost < 0.5 * before.cost
     given = few_levels[1].deflection_preisach
     assert not np.array_equal(found.model.deflection_preisach.grid, given.grid)
+
+
+def lagging(problem: Dataset, lag_s: float) -> Dataset:
+    """The same film read by a meter that lags."""
+    records, kept = [], np.exp(-PERIOD_S / lag_s)
+    for one in problem.records:
+        read = one.signals["resistance"].copy()
+        for k in range(1, len(read)):
+            read[k] = kept * read[k - 1] + (1.0 - kept) * one.signals["resistance"][k]
+        records.append(dataclasses.replace(one, signals={**one.signals, "resistance": read}))
+    return dataclasses.replace(problem, records=tuple(records))
+
+
+def test_a_second_cause_is_found_behind_loops_that_were_refitted_behind_the_first(few_levels):
+    problem, model = few_levels
+    first = answer(lagging(problem, LAG_S), model, ids=FEW[:1])
+    clean = dataclasses.replace(first.problem, executor=None)
+    refitter = hysteresis_refit.LoopRefitter(
+        coarse=first.problem.subject.find_identified_parts(model, problem),
+        problem=with_limits(clean, least_holdout_gain=1.0),
+        tests=first.tests, ids=FEW, level=significance_level(clean, 0.05),
+    )  # fmt: skip
+    behind = refitter.refit_behind(first.search)
+    assert behind.chosen.hypothesis.mechanisms == ("actuation.delay",)
+    assert not behind.passes
+    both = refitter.add_causes(behind)
+    assert both.chosen.hypothesis.mechanisms == ("actuation.delay", "sensor.lag")
+    assert both.chosen.hypothesis.cost < 0.7 * behind.chosen.hypothesis.cost
+    found = {one.name: one.value for one in both.chosen.hypothesis.simulation.parameters}
+    assert found["sensor.lag.time_constant"] == pytest.approx(LAG_S, rel=0.2)
 
 
 @pytest.mark.slow

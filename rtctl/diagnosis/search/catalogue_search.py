@@ -19,44 +19,22 @@ from rtctl.diagnosis.search.largest_part import choose_largest_part
 from rtctl.diagnosis.search.nonparametric import find_better_alternative
 from rtctl.diagnosis.search.outcome import SearchResult, classify_outcome
 from rtctl.diagnosis.search.request import FoundCauses, SearchRequest
+from rtctl.diagnosis.search.sentences import (
+    CUT_BY_CLOCK,
+    IMITATING,
+    LOOPS_NOT_CHECKED,
+    LOOPS_NOT_REFITTED,
+    MINOR,
+    OUT_OF_WORK,
+    STOPPED,
+    UNSUPPORTED,
+)
 from rtctl.diagnosis.search.state import SearchSettings
 from rtctl.diagnosis.search.static_loops.beside_correction import BesideCorrection
 from rtctl.diagnosis.search.static_loops.hysteresis_refit import ID as HYSTERESIS_SHAPE
 from rtctl.diagnosis.search.static_loops.hysteresis_refit import LoopRefitter, compute_error_over_noise
 from rtctl.diagnosis.search.stepwise import search_stepwise, significance_level
 from rtctl.identification.fit_record import FitRecord
-
-STOPPED = (
-    "stopped by the user after {} fits: no cause is claimed; residual, location and isolability are those of the "
-    "refitted nominal model"
-)
-LOOPS_NOT_REFITTED = (
-    "stopped by the user before the static loops were refitted behind these causes: their values may absorb an error "
-    "of the loops"
-)
-LOOPS_NOT_CHECKED = (
-    "stopped by the user before the static loops were checked: hysteresis.shape may act as well"
-)
-UNSUPPORTED = (
-    "{} would remove little beside the rest and lowers the error on the test records by less than half a percent, "
-    "or not at all: not named"
-)
-MINOR = (
-    "{} would remove less than is left with all causes, or nothing on test records, and may only take up a part of "
-    "what is missing: not named"
-)
-IMITATING = (
-    "{} would be a second law of dissipation in a set that does not explain everything, and two such laws imitate a "
-    "third: the one that removes most is kept, and this is not named"
-)
-OUT_OF_WORK = (
-    "the search used up its budget of {:.6g} million simulated steps and reports the best set found by then; further "
-    "sets of causes were not tried: a larger budget (--work) tries them"
-)
-CUT_BY_CLOCK = (
-    "the wall-clock guard ended the search after {:.0f} s, before its work budget was used up, so this answer depends "
-    "on the speed of the machine; a longer guard (--seconds) avoids that"
-)
 
 
 def find_causes(request: SearchRequest, *, whole: bool) -> FoundCauses:
@@ -74,6 +52,7 @@ def find_causes(request: SearchRequest, *, whole: bool) -> FoundCauses:
     if whole and not found.cancelled:
         request, course = _judge_by_pieces(request, found.result)
         found = found if _is_final(found) else _search_further(request, found)
+        found = _add_causes_behind_loops(request, found)
     found = _judge_parts(request, found, whole=whole)
     return found._replace(course=course, tests=request.tests)
 
@@ -108,7 +87,8 @@ def _search_first(request: SearchRequest, *, whole: bool) -> FoundCauses:
 def search_again(request: SearchRequest) -> FoundCauses:
     """Search whole records, and hold what is found to the test records."""
     found = _search(request, correct=True)
-    return _judge_parts(request, found if _is_final(found) else _search_further(request, found), whole=True)
+    found = found if _is_final(found) else _search_further(request, found)
+    return _judge_parts(request, _add_causes_behind_loops(request, found), whole=True)
 
 
 def _search_further(request: SearchRequest, first: FoundCauses) -> FoundCauses:
@@ -117,6 +97,17 @@ def _search_further(request: SearchRequest, first: FoundCauses) -> FoundCauses:
     if first.behind_refitted_loops or _is_final(finished):
         return finished
     return _look_behind_loop_errors(request, finished)
+
+
+def _add_causes_behind_loops(request: SearchRequest, found: FoundCauses) -> FoundCauses:
+    """Search for further causes where the loops were refitted behind some and something is left."""
+    refit = found.result.hysteresis_refit
+    if found.cancelled or refit is None or not request.tests:
+        return found
+    try:
+        return found._replace(result=request.loop_refitter(refit.coarse).add_causes(found.result))
+    except CancelledError:
+        return found._replace(cancelled=True)
 
 
 def _judge_by_pieces(request: SearchRequest, result: SearchResult) -> tuple[SearchRequest, str]:

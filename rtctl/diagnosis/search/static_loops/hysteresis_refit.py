@@ -25,6 +25,8 @@ from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residu
 from rtctl.diagnosis.search.elimination.backward_elimination import refit_without, refit_without_each
 from rtctl.diagnosis.search.holdout_error import compute_free_run_error, measure_gains
 from rtctl.diagnosis.search.outcome import HysteresisRefit, SearchResult
+from rtctl.diagnosis.search.proposals.candidates import propose_candidates
+from rtctl.diagnosis.search.successive_halving import halve_successively
 from rtctl.identification.fit_record import FitRecord
 
 ID = "hysteresis.shape"
@@ -114,6 +116,30 @@ class LoopRefitter:
             if tried.chosen.hypothesis.cost < best.chosen.hypothesis.cost:
                 best = tried
         return best
+
+    def add_causes(self, result: SearchResult) -> SearchResult:
+        """Add causes behind loops that were refitted, as long as something is left and test records support it.
+
+        Beside the error of the identified loops a second cause takes too little to be followed; behind refitted loops
+        it is what is left.
+        """
+        limits = self.problem.thresholds.search
+        while not result.passes and self._has_left(0.0):
+            candidates = propose_candidates(result.chosen, limits)
+            fits = halve_successively(self.problem, candidates, self.report, self.budget)
+            before = result.chosen.hypothesis
+            near = limits.similar_cost * min((one.cost for one in fits), default=0.0)
+            helping = [
+                one
+                for one in fits[: limits.refits_beside]
+                if one.cost < near
+                and self._helps(before, result.chosen._replace(hypothesis=one), limits.least_holdout_gain)
+            ]
+            larger = self.refit_behind_best(result, helping)
+            if len(larger.chosen.hypothesis.mechanisms) <= len(before.mechanisms):
+                break
+            result = larger
+        return result
 
     def _refit_and_test(self, result: SearchResult, known: Hypothesis) -> SearchResult:
         """Refit the loops behind `known`, drop the causes that they replace, and test what that gains."""
