@@ -33,7 +33,7 @@ from rtctl.wiring_models import mechanism_ids
 
 LATE = 4
 """Samples."""
-LAG_S = 0.3e-3
+LAG_S = 0.05e-3
 FEW_LEVELS = 17
 MORE_LEVELS = 27
 """So many that the gate lets pass what the loops are off by between them."""
@@ -172,11 +172,11 @@ def test_loops_between_the_levels_of_few_are_put_right_behind_a_delay(few_levels
 
 def lagging(problem: Dataset, lag_s: float) -> Dataset:
     """The same film read by a meter that lags."""
-    records, kept = [], np.exp(-PERIOD_S / lag_s)
+    records, kept, mean = [], np.exp(-PERIOD_S / lag_s), lag_s / PERIOD_S * -np.expm1(-PERIOD_S / lag_s)
     for one in problem.records:
-        read = one.signals["resistance"].copy()
+        true, read = one.signals["resistance"], one.signals["resistance"].copy()
         for k in range(1, len(read)):
-            read[k] = kept * read[k - 1] + (1.0 - kept) * one.signals["resistance"][k]
+            read[k] = kept * read[k - 1] + (mean - kept) * true[k - 1] + (1.0 - mean) * true[k]
         records.append(dataclasses.replace(one, signals={**one.signals, "resistance": read}))
     return dataclasses.replace(problem, records=tuple(records))
 
