@@ -11,8 +11,9 @@ from rtctl.border.simulation import Simulation, Stimulus
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subjects import subject_of
+from rtctl.diagnosis.residual.directions import Direction
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
-from rtctl.diagnosis.search.proposals.regression import propose_by_regression
+from rtctl.diagnosis.search.proposals.regression import Regression, propose_by_regression
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
 
@@ -83,3 +84,14 @@ def test_starts_are_the_measured_ones() -> None:
     first, *_ = propose_by_regression(parent, problem, 1)
     shown: FloatArray = np.array([record.measured["displacement"][0] for record in problem.records])
     np.testing.assert_allclose(first.starts[:, 0], shown, atol=0.02)
+
+
+def test_a_law_whose_states_run_away_along_the_motion_is_none() -> None:
+    """A spring that yields within a step."""
+    model = device(stiffness=(1.0e4, "1/s^2"), stiffness_cubic=(3e4, "1/(mm^2*s^2)"))
+    problem, parent = case(model, STOPS)
+    yielding = Direction("friction.presliding", "level", "", {"displacement": 0.034}, 1e6)
+    grid = [one for one in parent.directions if one.mechanism == "stop.two_sided"]
+    regression = Regression(parent.hypothesis, problem, [yielding, *grid])
+    assert np.isfinite(regression.solve((0,)).left)
+    assert all(regression.directions[group[0]].mechanism == "stop.two_sided" for group in regression.groups())

@@ -36,6 +36,9 @@ from rtctl.diagnosis.search.successive_halving import Candidate
 from rtctl.identification.regression.initial_state import estimate_initial_state
 from rtctl.identification.regression.weak_form import TERMS, choose_half_width, sample_motion, weak_gram
 
+ABSURD = 1e100
+"""Force that is none: a spring that yields within a step of the motion is not followed by its states."""
+
 
 class Regressed(NamedTuple):
     """The equation of motion solved along some directions."""
@@ -100,7 +103,8 @@ class Regression:
             with np.errstate(all="ignore"):
                 forces = model.forces_along(extended, record.stimulus, lanes[1:], *motion)
             if forces is not None:
-                forces = np.where(np.isfinite(forces).all(axis=1, keepdims=True), forces, 0.0) / step
+                bounded = (np.abs(forces) < ABSURD).all(axis=1, keepdims=True)
+                forces = np.where(bounded, forces, 0.0) / step
                 found.update(zip(own, np.pad(forces, ((0, 0), (0, 1)), mode="edge"), strict=True))
         return found
 
