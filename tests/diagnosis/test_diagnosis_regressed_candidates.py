@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from diagnosis_cases import PERIOD_S, device, measured, noise_drive
@@ -84,6 +86,17 @@ def test_starts_are_the_measured_ones() -> None:
     first, *_ = propose_by_regression(parent, problem, 1)
     shown: FloatArray = np.array([record.measured["displacement"][0] for record in problem.records])
     np.testing.assert_allclose(first.starts[:, 0], shown, atol=0.02)
+
+
+def test_a_gain_that_no_drive_shows_stays() -> None:
+    model = device(stiffness=(1.0e4, "1/s^2"), stiffness_cubic=(3e4, "1/(mm^2*s^2)"))
+    problem, parent = case(model, STOPS)
+    silent = tuple(
+        replace(one, stimulus=replace(one.stimulus, inputs={"drive": np.zeros(one.samples)}))
+        for one in problem.records
+    )
+    for one in propose_by_regression(parent, replace(problem, records=silent), 1):
+        assert started(one.simulation)["drive_gain"] == pytest.approx(450.0)
 
 
 def test_a_law_whose_states_run_away_along_the_motion_is_none() -> None:

@@ -45,7 +45,7 @@ class Regressed(NamedTuple):
 
     directions: tuple[Direction, ...]
     nominal: FloatArray
-    """Coefficients of the nominal terms that are free."""
+    """Coefficients of the nominal terms that are free; 0 of one that nothing in the records shows."""
     steps: FloatArray
     """(g,) steps along the directions, in their scales."""
     left: float
@@ -123,7 +123,8 @@ class Regression:
         count = len(self.names)
         chosen = [*range(1, 1 + count), *(1 + count + k for k in group)]
         inner, right = self._gram[np.ix_(chosen, chosen)], self._gram[chosen, 0]
-        scale = 1.0 / np.sqrt(np.maximum(np.diag(inner), 1e-300))
+        size = np.sqrt(np.diag(inner).clip(min=0.0))
+        scale = np.divide(1.0, size, out=np.zeros_like(size), where=size > 0.0)
         inverse = np.linalg.pinv(inner * scale[:, None] * scale, rcond=1e-10, hermitian=True)
         solved = scale * (inverse @ (scale * right))
         left = 1.0 - float(right @ solved) / max(float(self._gram[0, 0]), 1e-300)
@@ -227,7 +228,7 @@ def _candidate(
     """Return the set at the values of the regression, from the measured states at the start."""
     hypothesis = parent.hypothesis
     simulation, sensitivity = hypothesis.simulation, hypothesis.sensitivity
-    values = dict(zip(regression.names, one.nominal, strict=True))
+    values = {name: value for name, value in zip(regression.names, one.nominal, strict=True) if value != 0.0}
     free = [simulation.parameters[k] for k in sensitivity.free]
     room = np.array([values.get(p.name, p.value) - p.value for p in free]) / sensitivity.scale
     along = parent._replace(directions=one.directions)
