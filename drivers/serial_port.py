@@ -11,9 +11,9 @@ import serial
 
 FULL = "the port takes no more bytes, nobody reads at its other end"
 _RECEIVE_BYTES = 4096
-_hung_up: dict[
-    str, tuple[int, int]
-] = {}  # links to pseudo-terminals that hung up: inode, time of making [ns]
+_MOST_LINKS = 40
+# Links to pseudo-terminals that hung up while they were open here: inode and time of making [ns].
+_hung_up: dict[str, tuple[int, int]] = {}
 
 
 class SerialPort:
@@ -28,7 +28,7 @@ class SerialPort:
             timeout_s: timeout of a write [s].
 
         A pseudo-terminal that hung up never comes back, and its number becomes another program's terminal: a
-        link that still leads to it is not followed until it is made anew.
+        link to one that hung up while it was open here is not followed until it is made anew.
         """
         self._path, self._link = path, _link_of(path)
         if self._link is not None and _hung_up.get(path) == self._link:
@@ -64,14 +64,17 @@ class SerialPort:
 
 
 def _link_of(path: str) -> tuple[int, int] | None:
-    """Return what tells a link to a pseudo-terminal from one made anew; None: `path` is none."""
+    """Return what tells the last link on the way to a pseudo-terminal from one made anew; None: there is none."""
+    status = None
     try:
-        if not os.path.islink(path) or not os.path.realpath(path).startswith("/dev/pts/"):
-            return None
-        status = os.lstat(path)
+        for _ in range(_MOST_LINKS):
+            if not os.path.islink(path):
+                break
+            status = os.lstat(path)
+            path = os.path.join(os.path.dirname(path), os.readlink(path))
     except OSError:
         return None
-    return status.st_ino, status.st_mtime_ns
+    return (status.st_ino, status.st_mtime_ns) if status and path.startswith("/dev/pts/") else None
 
 
 def write_all(fd: int, data: bytes) -> int:

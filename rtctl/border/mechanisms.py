@@ -241,6 +241,11 @@ class Mechanism:
         return " ".join((first, *(said for name, said in self.supplements.items() if values.get(name))))
 
     @property
+    def acts_before_the_equation(self) -> bool:
+        """Whether it changes an input before that reaches the equation of motion."""
+        return False
+
+    @property
     def suits_data(self) -> bool:
         """Whether every default is one in the units of the data that it was bound to."""
         return all(not one.default_unit or one.default is not None for one in self.parameters)

@@ -28,15 +28,16 @@ def cause(identity: str, **values: tuple[float, str]) -> dict[str, object]:
 
 POWER = cause("damping.power", level=(2e3, "mm/s^2"), exponent=(0.3, "1"), speed=(300.0, "mm/s"))
 SKEW = cause("timing.skew", late=(1e-3, "s"))
+OFFSET = (cause("drive.offset", offset=(2.0, "V")),)
 
 
-@pytest.fixture(scope="module", params=[1, 2], ids=["two causes", "three causes"])
+@pytest.fixture(scope="module", params=[(), ("drive.offset",)], ids=["two causes", "three causes"])
 def state(request: pytest.FixtureRequest) -> SearchState:
-    """Of a search that has tried a cubic spring beside the nominal model, or what goes for a set of one cause."""
+    """Of a search that has tried a cubic spring beside the nominal model, or beside an offset of the drive."""
     records = []
     for seed in (1, 2):
         drive = noise_drive(seed)
-        reading = measured(device(POWER, SKEW), drive)
+        reading = measured(device(POWER, SKEW, *(OFFSET if request.param else ())), drive)
         stimulus = Stimulus(inputs={"drive": drive}, holds={"drive": "linear"}, period_s=PERIOD_S)
         record = FitRecord(name=f"r{seed}", stimulus=stimulus, measured={"displacement": reading}, first=1)
         records.append(record)
@@ -50,11 +51,12 @@ def state(request: pytest.FixtureRequest) -> SearchState:
         assert fit is not None
         return run_residual_tests(fit, problem, IDS)
 
-    smaller, best = tested(), tested("stiffness.cubic")
+    nominal, smaller = tested(), tested(*request.param)
+    best = tested(*request.param, "stiffness.cubic")
     settings = SearchSettings(ids=IDS, level=0.002, budget=WorkBudget.of(math.inf))
     return SearchState(
-        settings=settings, given=problem, problem=problem, nominal=smaller, best=best, smaller=smaller,
-        parents=(best,), size=request.param, fits=(best.hypothesis,),
+        settings=settings, given=problem, problem=problem, nominal=nominal, best=best, smaller=smaller,
+        parents=(best,), size=1 + len(request.param), fits=(best.hypothesis,),
     )  # fmt: skip
 
 
@@ -63,7 +65,8 @@ def test_they_are_accepted_where_they_pass(state: SearchState) -> None:
     ended = stop_without_progress(state)
     assert ended.stop is StopReason.PASSED
     assert ended.result is not None
-    assert set(ended.result.chosen.hypothesis.mechanisms) == {"damping.power", "timing.skew"}
+    found = set(ended.result.chosen.hypothesis.mechanisms)
+    assert found == {"damping.power", "timing.skew", *state.smaller.hypothesis.mechanisms}
 
 
 def test_without_work_the_search_stalls(state: SearchState) -> None:

@@ -21,6 +21,7 @@ from rtctl.diagnosis.search.outcome import SearchResult, classify_outcome
 from rtctl.diagnosis.search.request import FoundCauses, SearchRequest
 from rtctl.diagnosis.search.sentences import (
     CUT_BY_CLOCK,
+    FURTHER_NOT_SEARCHED,
     IMITATING,
     LOOPS_NOT_CHECKED,
     LOOPS_NOT_REFITTED,
@@ -107,7 +108,7 @@ def _add_causes_behind_loops(request: SearchRequest, found: FoundCauses) -> Foun
     try:
         return found._replace(result=request.loop_refitter(refit.coarse).add_causes(found.result))
     except CancelledError:
-        return found._replace(cancelled=True)
+        return found._replace(cancelled=True, notes=[*found.notes, FURTHER_NOT_SEARCHED])
 
 
 def _judge_by_pieces(request: SearchRequest, result: SearchResult) -> tuple[SearchRequest, str]:

@@ -11,6 +11,9 @@ LOOPS_NOT_REFITTED = (
 LOOPS_NOT_CHECKED = (
     "stopped by the user before the static loops were checked: hysteresis.shape may act as well"
 )
+FURTHER_NOT_SEARCHED = (
+    "stopped by the user before further causes were searched behind the static loops that were refitted"
+)
 UNSUPPORTED = (
     "{} would remove little beside the rest and lowers the error on the test records by less than half a percent, "
     "or not at all: not named"

@@ -2,8 +2,9 @@
 
 A larger set is tried only where no smaller one passes. Up to two causes, several sets of one size are extended; larger
 sets grow one at a time, because a real device is never exactly the model and then no set passes: by a cause that halves
-the residual, or by a small third one where two leave far more than the noise. While nothing passes, sets are ranked by
-plain cost: the noise is not known then, and a filter that whitens a misfit hides it.
+the residual, or by a small third one where two leave far more than the noise; by two at once where no single one takes
+enough. While nothing passes, sets are ranked by plain cost: the noise is not known then, and a filter that whitens a
+misfit hides it.
 """
 
 from __future__ import annotations
@@ -270,9 +271,12 @@ def _add_two_at_once(state: SearchState) -> SearchState | None:
         return None
     pairs = interleave(_propose_two(state, state.smaller))
     fits = halve_successively(state.problem, pairs, state.settings.report, state.settings.budget)
-    if not fits or fits[0].cost > limits.stall_shares[-1] * state.smaller.hypothesis.cost:
+    if not fits:
         return None
-    return replace(state, size=size, parents=(state.smaller,), fits=tuple(fits))
+    far_better = fits[0].cost <= limits.stall_shares[-1] * state.smaller.hypothesis.cost
+    if not far_better and not state.settings.passes(state.test(fits[0])):
+        return None
+    return replace(state, size=size, best=state.smaller, parents=(state.smaller,), fits=tuple(fits))
 
 
 def stall_share(state: SearchState) -> float:

@@ -186,7 +186,11 @@ def _build_rows(
         )
     held = _sample_held_bump(m, h, "zero")
     hop = max(1, m // BUMPS_PER_HALF_WIDTH)
-    edge = min(disturbed_samples(record), (record.samples - 2 * m) // MOST_OF_AN_EDGE)
+    edge = 0
+    if forces is not None:
+        edge = min(disturbed_samples(record), (record.samples - 2 * m) // MOST_OF_AN_EDGE)
+        if "displacement" not in record.measured:
+            forces = np.array([without_slow_part(record, force) for force in forces]).reshape(forces.shape)
     positions = np.arange(edge, record.samples - 2 * m - edge, hop)
     for begin in range(0, len(positions), _BLOCK):
         where = positions[begin : begin + _BLOCK]
@@ -240,9 +244,23 @@ def _integrate_windows(
 
 
 def sample_motion(record: FitRecord, half_width_s: float) -> tuple[FloatArray, FloatArray]:
-    """Return displacement and velocity (n,) at the samples; a velocity that was not measured is smoothed over bumps."""
-    signals = _sample_signals(record, max(2, round(half_width_s / record.period_s)))
-    return signals.z, signals.v
+    """Return displacement and velocity (n,) at the samples, a measured displacement smoothed as its velocity is.
+
+    Differences of the raw reading over a sample period are mostly noise at high sample rates.
+    """
+    m = max(2, round(half_width_s / record.period_s))
+    signals = _sample_signals(record, m)
+    if "displacement" not in record.measured:
+        return signals.z, signals.v
+    return _smooth(signals.z, m, record.period_s, 0), _smooth(signals.z, m, record.period_s, 1)
+
+
+def _smooth(z: FloatArray, m: int, period_s: float, derivative: int) -> FloatArray:
+    """Return a derivative (n,) of a reading, averaged over a bump of half the half-width of `m` samples."""
+    narrow = max(2, m // 2)
+    kernel = sample_bump(narrow, period_s, derivative) / np.sum(sample_bump(narrow, period_s, 0))
+    smooth: FloatArray = np.convolve(np.pad(z, narrow, mode="edge"), kernel, mode="valid")
+    return smooth  # convolution turns -phi' round
 
 
 def _sample_signals(record: FitRecord, m: int) -> Sampled:
@@ -253,9 +271,7 @@ def _sample_signals(record: FitRecord, m: int) -> Sampled:
     elif "velocity" in record.measured:
         v = record.measured["velocity"]
     else:
-        narrow = max(2, m // 2)
-        kernel = sample_bump(narrow, record.period_s, 1) / np.sum(sample_bump(narrow, record.period_s, 0))
-        v = np.convolve(np.pad(z, narrow, mode="edge"), kernel, mode="valid")  # convolution turns -phi' round
+        v = _smooth(z, m, record.period_s, 1)
     return Sampled(z, v, u, estimate_white_noise(z))
 
 

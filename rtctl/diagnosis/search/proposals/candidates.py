@@ -88,7 +88,8 @@ def propose_pairs(parent: TestedHypothesis, limits: SearchThresholds) -> list[Ca
     One effect alone moves the nominal parameters until the other, beside it, is far from its right value, and a pair
     that is no neighbour of the best single cause would never be tried.
     """
-    best, grouped = [], _group_directions(parent)
+    groups_of = _group_directions(parent)
+    best, grouped = [], {name: own for name, own in groups_of.items() if not _is_related(parent, name)}
     laws = {name: parent.hypothesis.simulation.extended((name,)).mechanisms[-1] for name in grouped}
     for (name, first), (rival, second) in combinations(grouped.items(), 2):
         if laws[name].is_related_to(laws[rival]):

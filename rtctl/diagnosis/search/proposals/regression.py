@@ -3,7 +3,8 @@
 A nominal model that leaves a large part of the motion is elsewhere than the device, and so are the forces along its
 motion: a cubic spring that stands in for a stop lets the stop's own fit end in a local minimum. Along the measured
 motion each mechanism's force is known for each choice of its shapes, and the weak form of the equation of motion is
-linear in all amplitudes and nominal coefficients. Its least squares have one minimum and take milliseconds.
+linear in all amplitudes and nominal coefficients (a change of the drive acts by the gain, which is solved for too: its
+amplitude follows from both). Its least squares have one minimum.
 
 Reference: S. F. Masri, T. K. Caughey, J. Appl. Mech. 46 (1979) 433 (restoring forces from measured motion); the weak
 form is that of `rtctl.identification.regression.weak_form`.
@@ -19,7 +20,9 @@ import numpy as np
 from scipy.optimize import fmin
 
 from rtctl.border.arrays import FloatArray
+from rtctl.border.mechanisms import Mechanism
 from rtctl.border.simulation import FreeParameter, HasForces
+from rtctl.border.work import count_work
 from rtctl.diagnosis.nominal_fit.misfit.relative_misfit import relative_misfit
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
@@ -37,7 +40,12 @@ from rtctl.identification.regression.initial_state import estimate_initial_state
 from rtctl.identification.regression.weak_form import TERMS, choose_half_width, sample_motion, weak_gram
 
 ABSURD = 1e100
-"""Force that is none: a spring that yields within a step of the motion is not followed by its states."""
+"""Magnitude above which a force is dropped: its states were unstable at these steps."""
+CONSTANT = "offset"
+"""Term of any constant force, which a gravity or a reading's zero leaves."""
+GAIN = "drive_gain"
+STEP_WORK = 0.2
+"""Work of a force at one sample, in steps of a simulation."""
 
 
 class Regressed(NamedTuple):
@@ -71,14 +79,14 @@ class Regression:
         self.hypothesis, self.problem = hypothesis, problem
         self.half_width_s = choose_half_width(problem.records, problem.scales.rate)
         nominal = [one for one in hypothesis.simulation.parameters if one.name in TERMS and not one.mechanism]
-        self.names = [one.name for one in nominal if not one.fixed]
+        self.names = [*(one.name for one in nominal if not one.fixed), CONSTANT]
         known = {one.name: one.value for one in nominal if one.fixed}
         found = [self._forces(directions, index) for index in range(len(problem.records))]
         kept = sorted(found[0])
         self.directions = [directions[k] for k in kept]
         """Directions (k) that are forces."""
         whole, noise = self._sum_up(known, [np.array([forces[k] for k in kept]) for forces in found])
-        self._gram = _without_known(whole, known, len(self.names))
+        self._gram = _without_known(whole, known)
         self.noise = noise / max(float(self._gram[0, 0]), 1e-300)
         """Share of the acceleration's squares that is noise."""
 
@@ -95,6 +103,8 @@ class Regression:
         record, step = self.problem.records[index], self.problem.thresholds.search.regressed_step
         model, motion = self.hypothesis.simulation, sample_motion(record, self.half_width_s)
         assert isinstance(model, HasForces)
+        self.problem.cancellation.raise_if_cancelled()
+        count_work(STEP_WORK * len(directions) * record.samples)
         found: dict[int, FloatArray] = {}
         for (name, _), same in groupby(range(len(directions)), key=lambda k: _law(directions[k])):
             own = list(same)
@@ -129,7 +139,19 @@ class Regression:
         solved = scale * (inverse @ (scale * right))
         left = 1.0 - float(right @ solved) / max(float(self._gram[0, 0]), 1e-300)
         along = tuple(self.directions[k] for k in group)
-        return Regressed(along, solved[:count], solved[count:], max(left, 0.0))
+        return Regressed(along, solved[:count], self._rescaled(along, solved), max(left, 0.0))
+
+    def _rescaled(self, directions: Sequence[Direction], solved: FloatArray) -> FloatArray:
+        """Return the steps; a change of the drive acts by the gain that was solved for, not by the model's."""
+        count = len(self.names)
+        gains = [one.value for one in self.hypothesis.simulation.parameters if one.name == GAIN]
+        steps: FloatArray = solved[count:].copy()
+        if not gains or GAIN not in self.names or solved[self.names.index(GAIN)] == 0.0:
+            return steps
+        ratio = gains[0] / solved[self.names.index(GAIN)]
+        for k, direction in enumerate(directions):
+            steps[k] *= ratio if self.law_of(direction.mechanism).acts_before_the_equation else 1.0
+        return steps
 
     def is_possible(self, one: Regressed) -> bool:
         """Return whether all amplitudes are within their bounds."""
@@ -138,6 +160,10 @@ class Regression:
             if not amplitude.low <= amplitude.value + step * direction.scale <= amplitude.high:
                 return False
         return True
+
+    def law_of(self, identity: str) -> Mechanism:
+        """Return a mechanism of the catalogue."""
+        return self.hypothesis.simulation.extended((identity,)).mechanisms[-1]
 
     def possible(self, groups: Sequence[Sequence[int]]) -> list[Regressed]:
         """Return the possible solutions, the best shapes of each set of mechanisms, what leaves least first."""
@@ -197,7 +223,12 @@ def propose_by_regression(parent: TestedHypothesis, problem: Problem, size: int)
     grid = [one for one in parent.directions if one.mechanism and one.record == ALL]
     regression = Regression(hypothesis, part, grid)
     leaders = regression.possible(regression.groups())[: limits.regressed_refined]
-    refined = [direction for one in leaders for direction in regression.refined(one)]
+    refined = [
+        direction
+        for one in leaders
+        for direction in regression.refined(one)
+        if direction not in one.directions
+    ]
     regression = Regression(hypothesis, part, [*grid, *refined])
     alone, groups = regression.solve(), regression.groups()
     if alone.left < limits.regressed_share * regression.noise:
@@ -213,19 +244,22 @@ def propose_by_regression(parent: TestedHypothesis, problem: Problem, size: int)
 
 
 def _beside(regression: Regression, one: Regressed, groups: Sequence[list[int]]) -> list[list[int]]:
-    """Return the directions of `one` beside each group of another mechanism."""
+    """Return the directions of `one` beside each group of a mechanism that is no case of its law."""
     own = [k for k, direction in enumerate(regression.directions) if direction in one.directions]
+    laws = {name: regression.law_of(name) for name in {each.mechanism for each in regression.directions}}
+    first = laws[one.directions[0].mechanism]
+    names = [regression.directions[group[0]].mechanism for group in groups]
     return [
         [*own, *group]
-        for group in groups
-        if regression.directions[group[0]].mechanism != regression.directions[own[0]].mechanism
+        for name, group in zip(names, groups, strict=True)
+        if laws[name].id != first.id and not laws[name].is_related_to(first)
     ]
 
 
 def _candidate(
     parent: TestedHypothesis, problem: Problem, regression: Regression, one: Regressed
 ) -> Candidate:
-    """Return the set at the values of the regression, from the measured states at the start."""
+    """Return the set at the values of the regression, from the measured states where a displacement shows them."""
     hypothesis = parent.hypothesis
     simulation, sensitivity = hypothesis.simulation, hypothesis.sensitivity
     values = {name: value for name, value in zip(regression.names, one.nominal, strict=True) if value != 0.0}
@@ -235,20 +269,19 @@ def _candidate(
     fitted = np.ones(len(one.directions), dtype=bool)
     candidate = candidate_at(along, range(len(one.directions)), one.steps, room, 1.0, fitted)
     starts = candidate.starts.copy()
-    starts[:, : hypothesis.states] = [
-        estimate_initial_state(record, record.first, regression.half_width_s, simulation.state)
-        for record in problem.records
-    ]
+    for index, record in enumerate(problem.records):
+        if record.first == 0 and "displacement" in record.measured:
+            state = estimate_initial_state(record, 0, regression.half_width_s, simulation.state)
+            starts[index, : hypothesis.states] = state
     return candidate._replace(starts=starts)
 
 
-def _without_known(gram: FloatArray, known: Mapping[str, float], free: int) -> FloatArray:
-    """Return the Gram matrix (1 + free + k, ...) of the acceleration less what is known, free terms and forces.
+def _without_known(gram: FloatArray, known: Mapping[str, float]) -> FloatArray:
+    """Return the Gram matrix of the acceleration less what is known, free terms and forces.
 
     Args:
         gram: That of the acceleration, the known terms, the free ones and the forces.
         known: Coefficients of the known terms.
-        free: Number of free terms.
     """
     count = len(known)
     mixed = np.zeros((len(gram), len(gram) - count))

@@ -24,6 +24,7 @@ from rtctl.diagnosis.residual.noise_floor import noise_cost_of
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.search.elimination.backward_elimination import refit_without, refit_without_each
 from rtctl.diagnosis.search.holdout_error import compute_free_run_error, measure_gains
+from rtctl.diagnosis.search.model_selection import best_of_each_set, rank_hypotheses
 from rtctl.diagnosis.search.outcome import HysteresisRefit, SearchResult
 from rtctl.diagnosis.search.proposals.candidates import propose_candidates
 from rtctl.diagnosis.search.successive_halving import halve_successively
@@ -105,8 +106,8 @@ class LoopRefitter:
         """Refit the loops behind each of `rivals`; return the best of these, `alone` where test records support none.
 
         Args:
-            alone: Loops refitted behind no cause.
-            rivals: Sets of one cause each, with the loops of the file.
+            alone: Loops refitted behind fewer causes.
+            rivals: Sets of causes.
         """
         best = alone
         for one in rivals:
@@ -124,7 +125,7 @@ class LoopRefitter:
         it is what is left.
         """
         limits = self.problem.thresholds.search
-        while not result.passes and self._has_left(0.0):
+        while not result.passes and self._has_left(self.problem.thresholds.budget.refit_twice):
             candidates = propose_candidates(result.chosen, limits)
             fits = halve_successively(self.problem, candidates, self.report, self.budget)
             before = result.chosen.hypothesis
@@ -136,10 +137,27 @@ class LoopRefitter:
                 and self._helps(before, result.chosen._replace(hypothesis=one), limits.least_holdout_gain)
             ]
             larger = self.refit_behind_best(result, helping)
-            if len(larger.chosen.hypothesis.mechanisms) <= len(before.mechanisms):
+            if larger is result:
                 break
-            result = larger
+            exchanged = len(larger.chosen.hypothesis.mechanisms) <= len(before.mechanisms)
+            if exchanged and not larger.passes:
+                break
+            result = self._ranked(result, larger, fits)
+            if exchanged:
+                break
         return result
+
+    def _ranked(self, result: SearchResult, larger: SearchResult, fits: Sequence[Hypothesis]) -> SearchResult:
+        """Return `larger` ranked among the sets of its size that were fitted, with the first loops as those before."""
+        chosen, refit = larger.chosen.hypothesis, larger.hysteresis_refit
+        size = len(chosen.mechanisms) - len(result.nominal.hypothesis.mechanisms)
+        others = [one for one in fits if len(one.mechanisms) == len(chosen.mechanisms)]
+        ranking = rank_hypotheses(
+            self.problem, best_of_each_set([chosen, *others]), larger.chosen, plain=not larger.passes
+        )
+        if refit is not None and result.hysteresis_refit is not None:
+            refit = refit._replace(before=result.hysteresis_refit.before)
+        return larger._replace(rankings=(*result.rankings[: size - 1], ranking), hysteresis_refit=refit)
 
     def _refit_and_test(self, result: SearchResult, known: Hypothesis) -> SearchResult:
         """Refit the loops behind `known`, drop the causes that they replace, and test what that gains."""
