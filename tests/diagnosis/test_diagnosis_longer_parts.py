@@ -66,6 +66,16 @@ def test_longer_parts_that_need_no_more_causes_determine_the_same_ones(tmp_path:
     assert found["gain"]["ratio_low"] > 20.0
 
 
+def test_rivals_that_longer_parts_do_not_tell_apart_stay(tmp_path: Path) -> None:
+    """A constant of the reading is one of the drive where the spring is straight."""
+    read = [(drive, displacement + 0.1, use) for drive, displacement, use in records(1.0)]
+    found = answer_to(tmp_path, read, f"{IDS},sensor.offset,drive.offset")
+    assert any("the model follows" in text for text in found["warnings"])
+    late, constant = sorted(found["causes"], key=lambda cause: cause["id"], reverse=True)
+    assert late["id"] == "timing.skew"
+    assert {constant["id"], *constant["indistinguishable_from"]} == {"sensor.offset", "drive.offset"}
+
+
 def test_one_may_stop_while_the_model_is_followed_further(tmp_path: Path) -> None:
     manifest, token = write_case(tmp_path, records(3.0)), CancellationToken()
 

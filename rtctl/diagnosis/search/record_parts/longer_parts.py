@@ -10,13 +10,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
+import numpy as np
+
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.nominal_fit.nominal_fit import NominalFit
 from rtctl.diagnosis.problem.fit import fit_hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.elimination.backward_elimination import refit_without_each
-from rtctl.diagnosis.search.model_selection import RankedHypothesis
-from rtctl.diagnosis.search.outcome import SearchResult
+from rtctl.diagnosis.search.model_selection import RankedHypothesis, rank_hypotheses
+from rtctl.diagnosis.search.outcome import SearchResult, find_equivalents
 from rtctl.diagnosis.search.request import FoundCauses, SearchRequest
 
 FURTHER = (
@@ -87,11 +91,13 @@ def _joined(before: Searched, longer: Searched) -> Searched | None:
     refitted = fit_hypothesis(problem, nominal.simulation, nominal.mechanisms, fixed_parameters=fixed)
     if refitted is None:
         return None
+    rivals = _refit_rivals(first, outcome, problem)
     names = ", ".join(first.chosen.hypothesis.mechanisms[len(nominal.mechanisms) :])
     result = outcome._replace(
         nominal=run_residual_tests(refitted, problem, ids),
         rankings=_comparable(first, outcome),
         leave_one_out=refit_without_each(problem, refitted, chosen),
+        equivalent=(*outcome.equivalent, *rivals),
     )
     note = FURTHER.format(names, longer.first.problem.samples, before.first.problem.samples)
     notes = [*before.found.notes, note, *longer.found.notes]
@@ -101,6 +107,29 @@ def _joined(before: Searched, longer: Searched) -> Searched | None:
         longer.found._replace(result=result, notes=notes),
         longer.cut,
     )
+
+
+def _refit_rivals(first: SearchResult, outcome: SearchResult, problem: Problem) -> tuple[Hypothesis, ...]:
+    """Return the sets that shorter parts did not tell from the chosen one and longer ones do not either.
+
+    What longer parts need beside the first set is added to its rivals.
+    """
+    chosen = outcome.chosen.hypothesis
+    added = tuple(name for name in chosen.mechanisms if name not in first.chosen.hypothesis.mechanisms)
+    values = {one.name: one.value for one in chosen.simulation.parameters if one.mechanism in added}
+    fits = []
+    for rival in first.equivalent:
+        simulation = rival.simulation.extended(added)
+        start = np.array([values.get(one.name, one.value) for one in simulation.parameters])
+        fixed = rival.fixed_parameters | {name for name in chosen.fixed_parameters if name in values}
+        fit = fit_hypothesis(
+            problem, simulation.with_values(start), (*rival.mechanisms, *added), fixed_parameters=fixed
+        )
+        fits += [fit] if fit is not None else []
+    if not fits:
+        return ()
+    ranking = rank_hypotheses(problem, [chosen, *fits], outcome.chosen, plain=not outcome.passes)
+    return find_equivalents(problem, [ranking], outcome.chosen, plain=not outcome.passes)
 
 
 def _comparable(first: SearchResult, outcome: SearchResult) -> tuple[tuple[RankedHypothesis, ...], ...]:
