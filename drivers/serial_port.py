@@ -71,7 +71,7 @@ def _link_of(path: str) -> tuple[int, int] | None:
             if not os.path.islink(path):
                 break
             status = os.lstat(path)
-            path = os.path.join(os.path.dirname(path), os.readlink(path))
+            path = os.path.normpath(os.path.join(os.path.dirname(path), os.readlink(path)))
     except OSError:
         return None
     return (status.st_ino, status.st_mtime_ns) if status and path.startswith("/dev/pts/") else None

@@ -57,7 +57,7 @@ def test_stops_that_a_cubic_spring_stands_in_for() -> None:
     """The linear step from the cubic spring's motion knows nothing of them."""
     model = device(stiffness=(1.0e4, "1/s^2"), stiffness_cubic=(3e4, "1/(mm^2*s^2)"))
     problem, parent = case(model, STOPS)
-    first, *_ = propose_by_regression(parent, problem, 1)
+    first, *_ = propose_by_regression(parent, problem).singles
     assert first.mechanisms == ("stop.two_sided",)
     start = started(first.simulation)
     assert start["stiffness"] == pytest.approx(1.6e4, rel=0.03)
@@ -69,22 +69,21 @@ def test_stops_that_a_cubic_spring_stands_in_for() -> None:
 def test_two_at_once() -> None:
     model = device(stiffness=(0.9e4, "1/s^2"), stiffness_cubic=(3e4, "1/(mm^2*s^2)"))
     problem, parent = case(model, STOPS, FRICTION)
-    pairs = propose_by_regression(parent, problem, 2)
+    pairs = propose_by_regression(parent, problem).pairs
     assert set(pairs[0].mechanisms) == {"stop.two_sided", "friction.coulomb"}
     assert started(pairs[0].simulation)["friction.coulomb.level"] == pytest.approx(600.0, rel=0.03)
 
 
-@pytest.mark.parametrize("size", [1, 2])
-def test_none_where_the_model_follows_the_motion_or_nothing_is_missing(size: int) -> None:
+def test_none_where_the_model_follows_the_motion_or_nothing_is_missing() -> None:
     for model in (device(), device(stiffness=(1.0e4, "1/s^2"))):
         problem, parent = case(model)
-        assert propose_by_regression(parent, problem, size) == []
+        assert propose_by_regression(parent, problem) == ((), ())
 
 
 def test_starts_are_the_measured_ones() -> None:
     model = device(stiffness=(1.0e4, "1/s^2"), stiffness_cubic=(3e4, "1/(mm^2*s^2)"))
     problem, parent = case(model, STOPS)
-    first, *_ = propose_by_regression(parent, problem, 1)
+    first, *_ = propose_by_regression(parent, problem).singles
     shown: FloatArray = np.array([record.measured["displacement"][0] for record in problem.records])
     np.testing.assert_allclose(first.starts[:, 0], shown, atol=0.02)
 
@@ -93,7 +92,7 @@ def test_those_of_a_record_whose_first_samples_are_not_scored_stay() -> None:
     model = device(stiffness=(1.0e4, "1/s^2"), stiffness_cubic=(3e4, "1/(mm^2*s^2)"))
     problem, parent = case(model, STOPS)
     late = tuple(replace(one, first=100) for one in problem.records)
-    first, *_ = propose_by_regression(parent, replace(problem, records=late), 1)
+    first, *_ = propose_by_regression(parent, replace(problem, records=late)).singles
     np.testing.assert_array_equal(first.starts[:, :2], parent.hypothesis.starts[:, :2])
 
 

@@ -19,7 +19,7 @@ from page_cases import RecordedLoop, asked
 from rtctl.border.errors import InputError
 from rtctl.cli import main
 from rtctl.live_page.streams.chosen import Streams
-from rtctl.live_page.streams.mcap_files import McapRecorder, export_mcap
+from rtctl.live_page.streams.mcap_files import SAVE_EVERY_S, McapRecorder, export_mcap
 from rtctl.live_page.watching import watch
 from rtctl.loop.live_parameters import ParameterChannel
 from rtctl.session.bench.account import Accounted, bench_account
@@ -192,8 +192,11 @@ def test_what_a_killed_watch_leaves_is_a_whole_file(tmp_path: Path) -> None:
             sizes |= {file.stat().st_size} if file.exists() else set()
         assert asked(address)[0] == 200
         size = -1
-        while size != (size := file.stat().st_size):  # killed in the middle of a write it would be damaged
-            time.sleep(0.1)
+        while size != (
+            size := file.stat().st_size
+        ):  # until a save changes nothing: killed in one it is damaged
+            assert time.monotonic() < deadline
+            time.sleep(1.5 * SAVE_EVERY_S)
         process.send_signal(signal.SIGKILL)
         process.wait(10.0)
     rows = read(file)["/signals"]

@@ -13,6 +13,7 @@ from rtctl.diagnosis.residual.first_samples import run_search_tests
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 from rtctl.diagnosis.search.model_selection import RankedHypothesis
 from rtctl.diagnosis.search.outcome import SearchResult
+from rtctl.diagnosis.search.proposals.regression import NO_REGRESSIONS, Regressions
 from rtctl.diagnosis.thresholds import SearchThresholds
 
 
@@ -84,6 +85,8 @@ class SearchState:
     """Sets that are extended next."""
     fits: tuple[Hypothesis, ...] = ()
     """Fits of the present size, lowest cost first."""
+    regressed: Regressions = NO_REGRESSIONS
+    """Starts from the nominal model by the measured motion."""
     rankings: tuple[tuple[RankedHypothesis, ...], ...] = ()
     """Sets of each size so far, best first."""
     correction: SearchResult | None = None

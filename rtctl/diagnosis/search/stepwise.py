@@ -9,6 +9,7 @@ misfit hides it.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from rtctl.diagnosis.nominal_fit.step_refinement import refine_steps
@@ -93,9 +94,10 @@ def select_forward(state: SearchState) -> SearchState:
     if size > state.limits.largest_set:
         return replace(state, stop=StopReason.LARGEST_SET)
     parents = state.parents if size <= state.limits.beam_size else (state.best,)
-    groups = [propose_candidates(parent, state.limits) for parent in parents]
+    groups: list[Sequence[Candidate]] = [propose_candidates(parent, state.limits) for parent in parents]
     if size == 1:
-        groups = [propose_by_regression(state.nominal, state.problem, size), *groups]
+        state = replace(state, regressed=propose_by_regression(state.nominal, state.problem))
+        groups = [state.regressed.singles, *groups]
     if size == 2:
         groups = [*_propose_two(state, state.nominal), *groups]
     fits = halve_successively(state.problem, interleave(groups), state.settings.report, state.settings.budget)
@@ -104,9 +106,10 @@ def select_forward(state: SearchState) -> SearchState:
     return replace(state, size=size, parents=parents, fits=tuple(fits))
 
 
-def _propose_two(state: SearchState, parent: TestedHypothesis) -> list[list[Candidate]]:
+def _propose_two(state: SearchState, parent: TestedHypothesis) -> list[Sequence[Candidate]]:
     """Return the parent's set with two further mechanisms at once: by the measured motion, and by its residual."""
-    return [propose_by_regression(parent, state.problem, 2), propose_pairs(parent, state.limits)]
+    measured = state.regressed.pairs if parent is state.nominal else ()
+    return [measured, propose_pairs(parent, state.limits)]
 
 
 def find_lower_nominal(state: SearchState) -> Hypothesis | None:

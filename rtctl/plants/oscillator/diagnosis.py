@@ -115,7 +115,7 @@ def _pushed(
     start = np.atleast_2d(hypothesis.start(index))
     plain = _quickly_held(record.stimulus)
     base = hypothesis.simulation.predict(plain, values, start, problem.steps_per_period)
-    if (base.diverged_at >= 0).any():  # it is at the edge of divergence
+    if (base.diverged_at >= 0).any():  # straight lines may be what a law with narrow steps does not bear
         plain = record.stimulus
         base = hypothesis.simulation.predict(plain, values, start, problem.steps_per_period)
     scales, u = problem.scales, record.stimulus.inputs["drive"]

@@ -17,7 +17,6 @@ from rtctl.diagnosis.problem.bounds import clip_to_bounds
 from rtctl.diagnosis.problem.fit import defaulted, fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.elimination.backward_elimination import takes_far_longer
 from rtctl.diagnosis.search.model_selection import count_unknowns, whitened_bic
@@ -42,7 +41,9 @@ def prefer_simpler_laws(problem: Problem, result: SearchResult, settings: Search
         result: Search with its set chosen.
         settings: Mechanisms that are searched.
     """
-    while (simpler := _find_sufficient(problem, result, settings.ids, settings.budget)) is not None:
+    # A law that turns ever more narrowly takes ever more steps: all refits together end.
+    refitted = problem.until(settings.budget.further(problem.thresholds.budget.followed))
+    while (simpler := _find_sufficient(refitted, result, settings.ids)) is not None:
         tested = run_residual_tests(simpler, problem, settings.ids)
         if result.passes:
             tested = tested._replace(tests=result.chosen.tests)
@@ -70,15 +71,12 @@ def prefer_fewest_unknowns(problem: Problem, result: SearchResult, settings: Sea
     return replace_chosen(problem, result, tested) if settings.passes(tested) else result
 
 
-def _find_sufficient(
-    problem: Problem, result: SearchResult, ids: Sequence[str], budget: WorkBudget
-) -> Hypothesis | None:
+def _find_sufficient(problem: Problem, result: SearchResult, ids: Sequence[str]) -> Hypothesis | None:
     """Return the chosen set with a simpler law that fits as well; None where there is none."""
     nominal, chosen = result.nominal.hypothesis, result.chosen.hypothesis
-    work = problem.thresholds.budget.followed
     for simplification in _simplify(nominal, chosen, ids):
         known = [one for one in result.hypotheses if _is_simplified(one, simplification)]
-        refitted = _refit(problem.until(budget.further(work)), chosen, simplification)
+        refitted = _refit(problem, chosen, simplification)
         best = min((*known, *([refitted] if refitted else [])), key=lambda one: one.cost, default=None)
         if best is not None and (simplification.is_same or _suffices(problem, result, best)):
             return best

@@ -65,6 +65,18 @@ class Regressed(NamedTuple):
         return frozenset(one.mechanism for one in self.directions)
 
 
+class Regressions(NamedTuple):
+    """Starts that explain a measured motion, best first."""
+
+    singles: tuple[Candidate, ...] = ()
+    """Sets of one mechanism."""
+    pairs: tuple[Candidate, ...] = ()
+    """Sets of two."""
+
+
+NO_REGRESSIONS = Regressions()
+
+
 class Regression:
     """The weak form of a nominal model's equation of motion along measured motions, beside the forces of mechanisms."""
 
@@ -204,13 +216,8 @@ class Regression:
         return at(np.asarray(found))
 
 
-def propose_by_regression(parent: TestedHypothesis, problem: Problem, size: int) -> list[Candidate]:
-    """Return the nominal model with one mechanism, or two, that explain the measured motion best.
-
-    Args:
-        parent: Tested nominal model.
-        problem: Records.
-        size: Number of mechanisms, 1 or 2.
+def propose_by_regression(parent: TestedHypothesis, problem: Problem) -> Regressions:
+    """Return the nominal model with one mechanism, and with two, that explain the measured motion best.
 
     Returns:
         Best first; none where the nominal model follows the motion, has mechanisms, or is no equation of motion.
@@ -218,7 +225,7 @@ def propose_by_regression(parent: TestedHypothesis, problem: Problem, size: int)
     hypothesis, limits = parent.hypothesis, problem.thresholds.search
     follows = relative_misfit(problem, hypothesis) < problem.thresholds.nominal_fit.close_misfit
     if follows or hypothesis.mechanisms or not isinstance(hypothesis.simulation, HasForces):
-        return []
+        return NO_REGRESSIONS
     part = problem.initial_part(limits.regressed_samples)
     grid = [one for one in parent.directions if one.mechanism and one.record == ALL]
     regression = Regression(hypothesis, part, grid)
@@ -232,15 +239,17 @@ def propose_by_regression(parent: TestedHypothesis, problem: Problem, size: int)
     regression = Regression(hypothesis, part, [*grid, *refined])
     alone, groups = regression.solve(), regression.groups()
     if alone.left < limits.regressed_share * regression.noise:
-        return []
-    found, most = regression.possible(groups), limits.regressed_tried
-    least = min([alone.left, *(one.left for one in found[: size - 1])])
-    if size == 2:
-        found = regression.possible(
-            [pair for one in found[:most] for pair in _beside(regression, one, groups)]
-        )
-    found = [one for one in found[:most] if one.left < limits.regressed_share * least]
-    return [_candidate(parent, problem, regression, one) for one in found]
+        return NO_REGRESSIONS
+    singles = regression.possible(groups)
+    tried = singles[: limits.regressed_tried]
+    pairs = regression.possible([pair for one in tried for pair in _beside(regression, one, groups)])
+    least = min([alone.left, *(one.left for one in tried)])
+
+    def started(found: Sequence[Regressed], below: float) -> tuple[Candidate, ...]:
+        worth = [one for one in found[: limits.regressed_tried] if one.left < limits.regressed_share * below]
+        return tuple(_candidate(parent, problem, regression, one) for one in worth)
+
+    return Regressions(started(singles, alone.left), started(pairs, least))
 
 
 def _beside(regression: Regression, one: Regressed, groups: Sequence[list[int]]) -> list[list[int]]:
