@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
 from diagnosis_cases import UNITS, FloatArray, answer_to, device, measured, noise_drive, write_case
 
 from rtctl.diagnosis.diagnose import diagnose
+from rtctl.diagnosis.nominal_fit.nominal_fit import NominalFit
 from rtctl.diagnosis.problem.cancellation import CancellationToken
+from rtctl.diagnosis.search.record_parts.longer_parts import as_initial_parts
 from rtctl.diagnosis.search.request import DiagnosisOptions
 from rtctl.measured import read_dataset
 from rtctl.models.oscillator import read_oscillator_model
@@ -64,6 +66,17 @@ def test_longer_parts_that_need_no_more_causes_determine_the_same_ones(tmp_path:
     assert found["verdict"] == "explained"
     assert [cause["id"] for cause in found["causes"]] == ["timing.skew"]
     assert found["gain"]["ratio_low"] > 20.0
+
+
+def test_longer_parts_that_end_where_the_motion_is_unpredictable_are_initial_ones_still() -> None:
+    """A fit to whole records left 81 % of a motion between stops, and causes that leave noise were withdrawn."""
+    part, longer_part, whole, fit = (cast(Any, object()) for _ in range(4))
+    first = NominalFit(part, fit, (whole, fit), (), parted=True)
+    unpredictable = NominalFit(longer_part, fit, (longer_part, fit), ())
+    joined = as_initial_parts(unpredictable, first)
+    assert joined.problem is longer_part
+    assert joined.whole == (whole, fit)
+    assert joined.parted
 
 
 def test_rivals_that_longer_parts_do_not_tell_apart_stay(tmp_path: Path) -> None:

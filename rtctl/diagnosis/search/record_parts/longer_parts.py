@@ -102,11 +102,19 @@ def _joined(before: Searched, longer: Searched) -> Searched | None:
     note = FURTHER.format(names, longer.first.problem.samples, before.first.problem.samples)
     notes = [*before.found.notes, note, *longer.found.notes]
     return Searched(
-        longer.first._replace(whole=before.first.whole),
+        as_initial_parts(longer.first, before.first),
         longer.request._replace(nominal=refitted),
         longer.found._replace(result=result, notes=notes),
         longer.cut,
     )
+
+
+def as_initial_parts(longer: NominalFit, first: NominalFit) -> NominalFit:
+    """Return longer parts as parts of the whole records of the `first` fit, which they need not follow to their end.
+
+    A fit of the causes to whole records, beyond where their motion is predictable, says nothing of the causes.
+    """
+    return longer._replace(whole=first.whole, parted=longer.parted or first.parted)
 
 
 def _refit_rivals(first: SearchResult, outcome: SearchResult, problem: Problem) -> tuple[Hypothesis, ...]:
