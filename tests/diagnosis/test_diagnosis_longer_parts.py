@@ -23,7 +23,7 @@ LATE_S, PLACE_MM, STIFFNESS = 5e-3, 1.2, 6e4
 IDS = "timing.skew,stop.one_sided,stiffness.cubic,damping.quadratic,drive.lag"
 
 
-def records(later: float) -> list[tuple[FloatArray, FloatArray, str]]:
+def records(later: float, at_first: float = 1.0) -> list[tuple[FloatArray, FloatArray, str]]:
     """Records that are read late; from their middle on the drive is larger, and the motion reaches a stop."""
     skew = {"id": "timing.skew", "parameters": {"late": {"value": LATE_S, "unit": "s"}}}
     stop = {
@@ -33,11 +33,12 @@ def records(later: float) -> list[tuple[FloatArray, FloatArray, str]]:
         },
     }  # fmt: skip
     hidden = device(skew, stop, damping=(4.0, "1/s"))
-    grows = np.where(np.arange(SAMPLES) < SOFT, 1.0, later)
+    grows = np.where(np.arange(SAMPLES) < SOFT, at_first, later)
     drives = [
         (grows * noise_drive(seed, 2.0, SAMPLES), use) for seed, use in ((1, "fit"), (2, "fit"), (3, "test"))
     ]
-    assert np.abs(measured(device(damping=(4.0, "1/s")), drives[0][0], 0.0)[:SOFT]).max() < PLACE_MM
+    reached = np.abs(measured(device(damping=(4.0, "1/s")), drives[0][0], 0.0)[:SOFT]).max()
+    assert (reached > PLACE_MM) == (at_first > 1.0)
     return [(drive, measured(hidden, drive), use) for drive, use in drives]
 
 
@@ -66,6 +67,17 @@ def test_longer_parts_that_need_no_more_causes_determine_the_same_ones(tmp_path:
     assert found["verdict"] == "explained"
     assert [cause["id"] for cause in found["causes"]] == ["timing.skew"]
     assert found["gain"]["ratio_low"] > 20.0
+
+
+def test_a_stop_has_no_more_parameters_in_longer_parts(tmp_path: Path) -> None:
+    """A model that is followed further is fitted whole: the stop had a second side of 0.3 1/s^2."""
+    found = answer_to(tmp_path, records(3.0, at_first=3.0), IDS)
+    assert found["verdict"] == "explained"
+    assert any("the model follows" in text for text in found["warnings"])
+    causes = {cause["id"]: cause["parameters"] for cause in found["causes"]}
+    assert set(causes) == {"timing.skew", "stop.one_sided"}
+    stop = {name: one["value"] for name, one in causes["stop.one_sided"].items() if one["value"] != 0.0}
+    assert stop == pytest.approx({"above": STIFFNESS, "place": PLACE_MM}, rel=0.01)
 
 
 def test_longer_parts_that_end_where_the_motion_is_unpredictable_are_initial_ones_still() -> None:

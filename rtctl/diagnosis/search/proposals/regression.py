@@ -33,6 +33,7 @@ from rtctl.diagnosis.residual.directions import (
     lanes_along,
     parameters_by_name,
 )
+from rtctl.diagnosis.residual.projection import solve_least_squares
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 from rtctl.diagnosis.search.proposals.candidates import candidate_at
 from rtctl.diagnosis.search.successive_halving import Candidate
@@ -144,12 +145,8 @@ class Regression:
         """Solve for the nominal coefficients and the steps along directions."""
         count = len(self.names)
         chosen = [*range(1, 1 + count), *(1 + count + k for k in group)]
-        inner, right = self._gram[np.ix_(chosen, chosen)], self._gram[chosen, 0]
-        size = np.sqrt(np.diag(inner).clip(min=0.0))
-        scale = np.divide(1.0, size, out=np.zeros_like(size), where=size > 0.0)
-        inverse = np.linalg.pinv(inner * scale[:, None] * scale, rcond=1e-10, hermitian=True)
-        solved = scale * (inverse @ (scale * right))
-        left = 1.0 - float(right @ solved) / max(float(self._gram[0, 0]), 1e-300)
+        solved, _ = solve_least_squares(self._gram[np.ix_([0, *chosen], [0, *chosen])])
+        left = 1.0 - float(self._gram[chosen, 0] @ solved) / max(float(self._gram[0, 0]), 1e-300)
         along = tuple(self.directions[k] for k in group)
         return Regressed(along, solved[:count], self._rescaled(along, solved), max(left, 0.0))
 

@@ -7,7 +7,7 @@ from the model with the causes that were found.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +19,7 @@ from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.elimination.backward_elimination import refit_without_each
-from rtctl.diagnosis.search.model_selection import RankedHypothesis, rank_hypotheses
+from rtctl.diagnosis.search.model_selection import RankedHypothesis, rank_hypotheses, whitened_bic
 from rtctl.diagnosis.search.outcome import SearchResult, find_equivalents
 from rtctl.diagnosis.search.request import FoundCauses, SearchRequest
 
@@ -83,10 +83,12 @@ def _joined(before: Searched, longer: Searched) -> Searched | None:
     Where longer parts need no more causes, they determine the same ones better.
     """
     first, outcome = before.found.result, longer.found.result
-    chosen, ids = outcome.chosen.hypothesis, before.request.ids
+    ids = before.request.ids
     if not outcome.passes:
         return None
     problem, nominal = outcome.refined_problem or longer.request.problem, first.nominal.hypothesis
+    outcome = _as_simple_as_before(first, outcome, problem, ids)
+    chosen = outcome.chosen.hypothesis
     fixed = nominal.fixed_parameters
     refitted = fit_hypothesis(problem, nominal.simulation, nominal.mechanisms, fixed_parameters=fixed)
     if refitted is None:
@@ -106,6 +108,30 @@ def _joined(before: Searched, longer: Searched) -> Searched | None:
         longer.request._replace(nominal=refitted),
         longer.found._replace(result=result, notes=notes),
         longer.cut,
+    )
+
+
+def _as_simple_as_before(
+    first: SearchResult, outcome: SearchResult, problem: Problem, ids: Sequence[str]
+) -> SearchResult:
+    """Return the same causes with what shorter parts did not need left out, unless longer ones need it.
+
+    A model that is followed further is fitted with all of its parameters: a stop has a damper again, of nanoseconds.
+    """
+    known, chosen = first.chosen.hypothesis, outcome.chosen.hypothesis
+    if known.mechanisms != chosen.mechanisms or known.fixed_parameters <= chosen.fixed_parameters:
+        return outcome
+    simpler = fit_hypothesis(
+        problem, known.simulation, known.mechanisms, chosen.starts, fixed_parameters=known.fixed_parameters
+    )
+    if simpler is None:
+        return outcome
+    noise = outcome.chosen.noise
+    worse = whitened_bic(problem, simpler, noise) - whitened_bic(problem, chosen, noise)
+    if worse > problem.thresholds.search.needed_bic:
+        return outcome
+    return outcome._replace(
+        chosen=run_residual_tests(simpler, problem, ids)._replace(tests=outcome.chosen.tests)
     )
 
 
