@@ -52,7 +52,7 @@ from rtctl.diagnosis.verification.whole_record_fits import (
     noise_rms_of,
 )
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.simulation_error.output_error import open_thread_pool
+from rtctl.identification.threads import open_thread_pool
 from rtctl.measured.dataset import Dataset
 
 
@@ -131,7 +131,7 @@ def diagnose(
     fit, tests, notes = data.records
     with open_thread_pool(options.threads) as executor:
         problem = Problem(
-            subject=subject, records=fit, scales=data.scales, executor=executor if len(fit) > 1 else None,
+            subject=subject, records=fit, scales=data.scales, executor=executor,
             steps_per_period=subject.steps_per_period, thresholds=options.thresholds,
             cancellation=options.cancellation,
         )  # fmt: skip

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from scipy.linalg import block_diag
@@ -16,6 +18,8 @@ from rtctl.diagnosis.residual.projection import (
 )
 from rtctl.diagnosis.thresholds import ResidualThresholds
 from rtctl.identification.noise.residual_noise import NoiseModel, fit_autoregression, limit_order
+from rtctl.identification.noise.resonant_part import Resonance
+from rtctl.identification.threads import open_thread_pool
 
 
 @pytest.mark.parametrize("own", [0, 2])
@@ -155,3 +159,23 @@ def test_noise_with_a_colour_keeps_it_under_directions_that_fill_a_band() -> Non
     noise = estimate_noise([row], slow=True)[0]
     assert noise.mean_square == pytest.approx(1.0 / (1.0 - 0.36), rel=0.25)
     assert noise.coefficients[0] == pytest.approx(-0.6, abs=0.12)
+
+
+def test_threads_take_the_records_and_find_the_same_noise() -> None:
+    """Records of two lengths, a peak of the device's resonance in the noise, and a slow part to look for."""
+    draw = np.random.default_rng(6)
+    rows = [
+        RecordRows(
+            residual=lfilter([1.0], [1.0, -1.8, 0.98], draw.standard_normal((1, n)))
+            + 3.0 * draw.standard_normal((1, n)),
+            shared=draw.standard_normal((2, 1, n)), local=draw.standard_normal((1, 1, n)),
+            directions=draw.standard_normal((20, 1, n)), period_s=1e-3,
+        )
+        for n in (900, 600, 900)
+    ]  # fmt: skip
+    peak = Resonance(math.acos(0.9 / math.sqrt(0.98)) / (2.0 * math.pi * 1e-3), 0.02)
+    alone = estimate_noise(rows, resonances=(peak,), slow=True)[0]
+    with open_thread_pool(3) as executor:
+        found = estimate_noise(rows, resonances=(peak,), slow=True, executor=executor)[0]
+    assert alone.resonant
+    assert np.array_equal(found.power(512), alone.power(512))

@@ -25,7 +25,7 @@ from rtctl.diagnosis.search.successive_halving import Candidate, halve_successiv
 from rtctl.diagnosis.thresholds import BudgetThresholds, Thresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
-from rtctl.identification.simulation_error.output_error import open_thread_pool
+from rtctl.identification.threads import open_thread_pool
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.models.oscillator import read_oscillator_model
 from rtctl.session.validation.model_validation import simulation_for

@@ -10,6 +10,7 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.identification.simulation_error.sensitivity import Linearisation, Sensitivity
+from rtctl.identification.threads import each
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,9 +66,7 @@ class Hypothesis:
                 problem.records[index], self.shared, self.starts[index], problem.steps_per_period
             )
 
-        indices = range(len(problem.records))
-        mapped = (problem.executor.map if problem.executor else map)(linearise_record, indices)
-        linearised = list(mapped)
+        linearised = each(problem.executor, linearise_record, range(len(problem.records)))
         complete = [record for record in linearised if record is not None]
         if len(complete) < len(linearised):
             raise ArithmeticError("the fitted model diverges in the neighbourhood of its optimum")

@@ -81,6 +81,7 @@ def find_input_noise(analysis: ResidualAnalysis) -> tuple[ResidualAnalysis, Inpu
         slow=not problem.allowed,
         starts_white=subject.noise_starts_white,
         thresholds=thresholds,
+        executor=problem.executor,
     )
     found = InputNoise(
         rms=float(np.sqrt(np.mean(np.concatenate(noises) ** 2))),

@@ -26,11 +26,11 @@ from rtctl.identification.simulation_error.output_error import (
     MultiStartOptions,
     ReportProgress,
     compute_signal_sizes,
-    open_thread_pool,
     polish,
 )
 from rtctl.identification.simulation_error.segments import Segment, SegmentCost
 from rtctl.identification.simulation_error.sensitivity import Sensitivity
+from rtctl.identification.threads import open_thread_pool
 from rtctl.measured.dataset import Dataset
 
 KIND = "equations"

@@ -5,7 +5,7 @@ References: J. Durbin, Rev. Int. Stat. Inst. 28 (1960) 233; P. Whittle, Biometri
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
@@ -92,17 +92,16 @@ def sum_lagged_products(series: FloatArray, highest: int) -> FloatArray:
     """Return sums of products (highest + 1,) at lags from 0 of a series (n,), or of several (rows, n) together."""
     rows = np.atleast_2d(series)
     length = int(next_fast_len(rows.shape[1] + highest, real=True))
-    found: FloatArray = irfft(sum_spectra([rows], length), length)[: highest + 1]
+    found: FloatArray = irfft(sum_spectra(rows, length), length)[: highest + 1]
     return found
 
 
-def sum_spectra(series: Sequence[FloatArray], length: int) -> FloatArray:
-    """Return the sum of squares (length // 2 + 1,) of the FFTs, padded to `length`, of all rows of arrays (rows, n)."""
+def sum_spectra(rows: FloatArray, length: int) -> FloatArray:
+    """Return the sum of squares (length // 2 + 1,) of the FFTs, padded to `length`, of rows (rows, n)."""
     power = np.zeros(length // 2 + 1)
-    for rows in series:
-        for begin in range(0, len(rows), ROWS_AT_ONCE):
-            spectrum = rfft(rows[begin : begin + ROWS_AT_ONCE], length)
-            power += np.sum(spectrum.real**2 + spectrum.imag**2, axis=0)
+    for begin in range(0, len(rows), ROWS_AT_ONCE):
+        spectrum = rfft(rows[begin : begin + ROWS_AT_ONCE], length)
+        power += np.sum(spectrum.real**2 + spectrum.imag**2, axis=0)
     return power
 
 

@@ -12,6 +12,7 @@ reaches (1/f), and what a resonance makes of an unmeasured force, are modelled a
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from concurrent.futures import Executor
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -23,6 +24,7 @@ from rtctl.identification.noise import autoregression
 from rtctl.identification.noise.autoregression import sum_lagged_products
 from rtctl.identification.noise.resonant_part import PARAMETERS, Resonance, ResonantPart, fit_resonant_part
 from rtctl.identification.noise.slow_noise import SlowPart, fit_slow_part, spectrum_of
+from rtctl.identification.threads import each
 
 HIGHEST_ORDER = 60
 SLOW_ORDER = 500
@@ -162,7 +164,12 @@ def limit_order(lengths: Sequence[int], highest_order: int = HIGHEST_ORDER) -> i
 
 
 def fit_noise_in_parts(
-    series: Sequence[FloatArray], period_s: float, resonances: Sequence[Resonance], *, slow: bool
+    series: Sequence[FloatArray],
+    period_s: float,
+    resonances: Sequence[Resonance],
+    *,
+    slow: bool,
+    executor: Executor | None = None,
 ) -> NoiseModel:
     """Fit a noise model to residuals, with resonant parts and a slow one where the data show them.
 
@@ -172,54 +179,68 @@ def fit_noise_in_parts(
         period_s: Sample period [s].
         resonances: Resonances of the device, at which a resonant part is looked for.
         slow: Whether to look for a slow part.
+        executor: Takes the records in parallel; None: one after the other.
     """
     count = sum(one.shape[1] for one in series)
-    model = _fit_rows(series)
+    model = _fit_rows(series, executor)
     if not model.variance > 0.0:
         return model
     for resonance in resonances:
-        rivals = [model, *_with_peak(series, model, resonance, period_s)]
+        rivals = [model, *_with_peak(series, model, resonance, period_s, executor)]
         model = min(rivals, key=lambda one: _bic(one, count))
     if not slow:
         return model
     highest = limit_order([one.shape[1] for one in series])
 
     def slow_part(rows: Sequence[FloatArray]) -> tuple[FloatArray, float, SlowPart] | None:
-        spectrum = spectrum_of(rows)
+        spectrum = spectrum_of(rows, executor)
         beside = np.ones(len(spectrum.frequency))
         for part in model.resonant:
             beside = beside * part.power(spectrum.frequency)
         return fit_slow_part(spectrum, count, highest, beside)
 
     # a constant of a record leaks into all frequencies as 1/f^2 does: a slow noise is there without it as well
-    is_slow = slow_part([one - one.mean(axis=1, keepdims=True) for one in series]) is not None
+    is_slow = slow_part(each(executor, _about_mean, series)) is not None
     found = slow_part(series) if is_slow else None
     if found is None:
         return model
     model = NoiseModel(*found, resonant=model.resonant)
-    left = sum(float(np.sum(model.whiten(one) ** 2)) for one in series)  # less: a periodogram leaks
+    left = sum(
+        each(executor, lambda one: float(np.sum(model.whiten(one) ** 2)), series)
+    )  # less: a periodogram leaks
     return model._replace(variance=model.variance * left / count)
 
 
-def _fit_rows(series: Sequence[FloatArray]) -> NoiseModel:
+def _about_mean(rows: FloatArray) -> FloatArray:
+    """Return rows (rows, n) less the mean of each."""
+    found: FloatArray = rows - rows.mean(axis=1, keepdims=True)
+    return found
+
+
+def _fit_rows(series: Sequence[FloatArray], executor: Executor | None) -> NoiseModel:
     """Fit an autoregression to arrays (rows, n), whose squares add."""
     lengths = [one.shape[1] for one in series]
     highest = limit_order(lengths)
-    correlation = np.sum([sum_lagged_products(one, highest) for one in series], axis=0)
+    correlation = np.sum(each(executor, lambda one: sum_lagged_products(one, highest), series), axis=0)
     return fit_autoregression(correlation, sum(lengths))
 
 
 def _with_peak(
-    series: Sequence[FloatArray], model: NoiseModel, resonance: Resonance, period_s: float
+    series: Sequence[FloatArray],
+    model: NoiseModel,
+    resonance: Resonance,
+    period_s: float,
+    executor: Executor | None,
 ) -> Iterator[NoiseModel]:
     """Yield models with a resonant part: behind the autoregression, and before one that is fitted to what it leaves."""
-    behind = fit_resonant_part([model.whiten(one) for one in series], resonance, period_s)
+    behind = fit_resonant_part(each(executor, model.whiten, series), resonance, period_s, executor)
     if behind is not None:
         part, variance = behind
         yield model._replace(resonant=(*model.resonant, part), variance=model.variance * variance)
-    first = fit_resonant_part(series, resonance, period_s)
+    first = fit_resonant_part(series, resonance, period_s, executor)
     if first is not None and not model.resonant:
-        yield _fit_rows([first[0].whiten(one) for one in series])._replace(resonant=(first[0],))
+        whitened = each(executor, first[0].whiten, series)
+        yield _fit_rows(whitened, executor)._replace(resonant=(first[0],))
 
 
 def _bic(model: NoiseModel, count: int) -> float:

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from concurrent.futures import Executor
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +27,7 @@ from scipy.signal import lfilter
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import kernel
+from rtctl.identification.threads import each
 
 WIDEST = 60.0
 """Bandwidths about the resonance outside which the spectrum is taken as flat."""
@@ -76,7 +78,7 @@ class Spectrum(NamedTuple):
 
 
 def fit_resonant_part(
-    series: Sequence[FloatArray], resonance: Resonance, period_s: float
+    series: Sequence[FloatArray], resonance: Resonance, period_s: float, executor: Executor | None = None
 ) -> tuple[ResonantPart, float] | None:
     """Fit the resonant part of a noise.
 
@@ -84,6 +86,7 @@ def fit_resonant_part(
         series: One array (rows, n) a record, nearly white but for the peak; squares of all rows of a record add.
         resonance: Resonance of the device, from where the fit starts.
         period_s: Sample period [s].
+        executor: Takes the records in parallel; None: one after the other.
 
     Returns:
         The part, and the variance of its innovation; None where the data show no peak by BIC, or cannot.
@@ -94,7 +97,7 @@ def fit_resonant_part(
     )
     if not (0.0 < at < 0.45 and 0.0 < resonance.damping_ratio < 0.5):
         return None
-    near, rest = _near(series, at, width)
+    near, rest = _near(each(executor, _periodogram, series), at, width)
     if near.number.sum() < 2.0 * CELLS_A_BANDWIDTH:
         return None
 
@@ -113,16 +116,22 @@ def fit_resonant_part(
     return _factorised(best.x, at, resonance.damping_ratio, near, rest)
 
 
-def _near(series: Sequence[FloatArray], at: float, width: float) -> tuple[Spectrum, Spectrum]:
+def _periodogram(rows: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return frequencies between zero and half the sample rate, and the sum of the periodograms of rows (rows, n)."""
+    length = rows.shape[-1]
+    power = np.sum(np.abs(rfft(rows, axis=-1)) ** 2, axis=0)[1 : (length + 1) // 2] / length
+    return np.arange(1, len(power) + 1) / length, power
+
+
+def _near(
+    periodograms: Sequence[tuple[FloatArray, FloatArray]], at: float, width: float
+) -> tuple[Spectrum, Spectrum]:
     """Return the spectrum about a frequency in cells, and the rest as one cell."""
     low, high = max(at - WIDEST * width, 0.0), min(at + WIDEST * width, 0.5)
     cells = max(1, round((high - low) / width * CELLS_A_BANDWIDTH))
     power, count, frequency = np.zeros(cells), np.zeros(cells), np.zeros(cells)
     rest_power = rest_count = 0.0
-    for rows in series:
-        length = rows.shape[-1]
-        spectrum = np.sum(np.abs(rfft(rows, axis=-1)) ** 2, axis=0)[1 : (length + 1) // 2] / length
-        f = np.arange(1, len(spectrum) + 1) / length
+    for f, spectrum in periodograms:
         inside = (f >= low) & (f < high)
         cell = np.minimum(((f[inside] - low) / (high - low) * cells).astype(int), cells - 1)
         power += np.bincount(cell, spectrum[inside], cells)

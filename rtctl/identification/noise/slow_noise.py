@@ -13,6 +13,7 @@ exponents about 1; a random walk has 2.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import Executor
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +21,7 @@ from scipy.fft import next_fast_len
 
 from rtctl.border.arrays import FloatArray
 from rtctl.identification.noise.autoregression import likeliest, sum_spectra
+from rtctl.identification.threads import each
 
 EXPONENTS = (0.7, 1.0, 1.4, 2.0)
 CORNERS_AN_OCTAVE = 2
@@ -66,11 +68,12 @@ class Spectrum(NamedTuple):
         return found
 
 
-def spectrum_of(series: Sequence[FloatArray]) -> Spectrum:
+def spectrum_of(series: Sequence[FloatArray], executor: Executor | None = None) -> Spectrum:
     """Return the spectrum of records (rows, n), whose rows' squares add."""
     longest = max(one.shape[1] for one in series)
     length = int(next_fast_len(2 * longest, real=True))
-    power = sum_spectra(series, length) / sum(one.shape[1] for one in series)
+    spectra = each(executor, lambda rows: sum_spectra(rows, length), series)
+    power = np.sum(spectra, axis=0) / sum(one.shape[1] for one in series)
     weight = np.full(len(power), 2.0)
     weight[0] = 1.0
     weight[-1] = 2.0 if length % 2 else 1.0

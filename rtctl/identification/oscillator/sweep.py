@@ -37,12 +37,12 @@ from rtctl.identification.simulation_error.output_error import (
     FitOptions,
     ReportProgress,
     compute_signal_sizes,
-    open_thread_pool,
     polish,
 )
 from rtctl.identification.simulation_error.segments import Segment, SegmentCost
 from rtctl.identification.simulation_error.sensitivity import Sensitivity
 from rtctl.identification.sweep_record import prepare_sweep
+from rtctl.identification.threads import open_thread_pool
 from rtctl.measured.dataset import FREQUENCY, Dataset, paired
 
 BALANCES = 8

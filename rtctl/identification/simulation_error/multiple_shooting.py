@@ -29,10 +29,10 @@ from rtctl.identification.simulation_error.output_error import (
     ReportProgress,
     compute_signal_sizes,
     compute_weights,
-    open_thread_pool,
 )
 from rtctl.identification.simulation_error.segments import Segment, SegmentCost
 from rtctl.identification.simulation_error.sensitivity import Sensitivity
+from rtctl.identification.threads import open_thread_pool
 
 MIN_SEGMENT_SAMPLES = 8
 """Samples below which a segment hardly determines its own state."""

@@ -8,18 +8,14 @@ sensitivities, scatter by the residuals' own colour (an autoregression), because
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, ThreadPoolExecutor
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.options import LARGEST_SEED, check_integer
 from rtctl.border.simulation import Simulation
-from rtctl.border.work import adopt_meter, current_meter
 from rtctl.identification.fit import Fit, FitError
 from rtctl.identification.fit_record import FitRecord, response_of
 from rtctl.identification.least_squares.levenberg_marquardt import Minimum, minimise
@@ -29,6 +25,7 @@ from rtctl.identification.scales import estimate_scales
 from rtctl.identification.simulation_error.inference import infer
 from rtctl.identification.simulation_error.segments import Segment, SegmentCost
 from rtctl.identification.simulation_error.sensitivity import Sensitivity
+from rtctl.identification.threads import open_thread_pool
 
 MIN_SCREENED_SAMPLES = 200
 """Samples below which a record is taken whole."""
@@ -126,17 +123,6 @@ def cut_liveliest(record: FitRecord, span_s: float) -> FitRecord:
     peak = record.first + int(np.abs(record.measured[response_of([record])][record.first :]).argmax())
     end = min(max(peak + length // 4, record.first + length), record.samples)
     return record.cut(end - length, end)
-
-
-@contextmanager
-def open_thread_pool(count: int) -> Iterator[Executor | None]:
-    """Open `count` threads for segments or starts, while linear algebra on small matrices keeps to one each."""
-    with threadpool_limits(1, "blas"):
-        if count < 2:
-            yield None
-            return
-        with ThreadPoolExecutor(count, initializer=adopt_meter, initargs=(current_meter(),)) as executor:
-            yield executor
 
 
 def compute_signal_sizes(sensitivity: Sensitivity, records: Sequence[FitRecord]) -> FloatArray:

@@ -20,6 +20,7 @@ from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.least_squares.arrowhead_solver import NormalEquations, make_zero_equations
 from rtctl.identification.least_squares.levenberg_marquardt import Unknowns
 from rtctl.identification.simulation_error.sensitivity import Linearisation, Sensitivity
+from rtctl.identification.threads import each
 
 T = TypeVar("T")
 DIFFERENCE_STEP = 0.1
@@ -171,9 +172,7 @@ class SegmentCost:
         """Apply `one` to each segment index, in parallel where there are threads."""
         indices = range(len(self.segments))
         length = sum(segment.record.samples for segment in self.segments) / len(self.segments)
-        if self.executor is not None and length >= MIN_THREADED_SAMPLES:
-            return list(self.executor.map(one, indices))
-        return [one(k) for k in indices]
+        return each(self.executor if length >= MIN_THREADED_SAMPLES else None, one, indices)
 
     def _piece(self, found: Linearisation, joined: bool) -> SegmentTerms:
         p = len(found.shared)

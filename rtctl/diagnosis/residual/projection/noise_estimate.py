@@ -6,7 +6,8 @@ Reference: H. D. Patterson, R. Thompson, Biometrika 58 (1971) 545, here by expec
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from rtctl.identification.noise.residual_noise import (
     group_by_period,
 )
 from rtctl.identification.noise.resonant_part import Resonance
+from rtctl.identification.threads import each
 
 
 def estimate_noise(
@@ -31,6 +33,7 @@ def estimate_noise(
     slow: bool = False,
     starts_white: bool = False,
     thresholds: ResidualThresholds = DEFAULT_THRESHOLDS,
+    executor: Executor | None = None,
 ) -> list[NoiseModel]:
     """Estimate the noise model of each output.
 
@@ -46,101 +49,103 @@ def estimate_noise(
         slow: Whether the noise may have a slow part (1/f noise).
         starts_white: Whether the noise is first taken as white, see `Subject.noise_starts_white`.
         thresholds: Number of iterations, and what is round-off.
+        executor: Takes the records in parallel; None: one after the other.
     """
-    split = _split(rows, _white_residual(rows), thresholds)
-    start = _start_with_peak(rows, split, resonances, thresholds)
-    found = _iterate(rows, split, start, resonances, slow, starts_white, thresholds)
+    estimate = _Estimate(
+        rows=rows, resonances=resonances, slow=slow, thresholds=thresholds, executor=executor
+    )
+    split = estimate.split(_white_residual(rows))
+    found = estimate.iterate(split, estimate.start_with_peak(split), starts_white=starts_white)
     directions = len(split[0].gram) - 1
     if starts_white or directions <= thresholds.crowded_share * sum(row.residual.size for row in rows):
         return found
     further = replace(thresholds, noise_iterations=thresholds.crowded_iterations)
-    other = _iterate(rows, split, [], resonances, slow, True, further)
+    other = replace(estimate, thresholds=further).iterate(split, [], starts_white=True)
     return most_likely(rows, (found, other), thresholds)
 
 
-def _iterate(
-    rows: Sequence[RecordRows],
-    split: Sequence[RecordProjection],
-    models: Sequence[NoiseModel],
-    resonances: Sequence[Resonance],
-    slow: bool,
-    starts_white: bool,
-    thresholds: ResidualThresholds,
-) -> list[NoiseModel]:
-    """Return the noise after some iterations from `models`; [] starts from what white noise leaves unexplained."""
-    is_sized = bool(models)  # a residual is not the noise: it may be far larger
-    if is_sized:
-        split = _split(rows, models, thresholds)
-    turns = thresholds.noise_iterations + slow
-    for turn in range(turns):
-        taken, half = solve_least_squares(np.sum([part.gram for part in split], axis=0))
-        weights = np.append(1.0, -taken)[None]
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Estimate:
+    """What an estimate of the noise does not change."""
+
+    rows: Sequence[RecordRows]
+    resonances: Sequence[Resonance]
+    slow: bool
+    thresholds: ResidualThresholds
+    executor: Executor | None
+
+    def iterate(
+        self, split: Sequence[RecordProjection], models: Sequence[NoiseModel], *, starts_white: bool
+    ) -> list[NoiseModel]:
+        """Return the noise after some iterations from `models`; [] starts from what white noise leaves unexplained."""
+        is_sized = bool(models)  # a residual is not the noise: it may be far larger
         if is_sized:
-            weights = np.vstack((weights, np.pad(half, ((0, 0), (1, 0)))))
-        series = _series_by_output(rows, split, weights, whole=is_sized)
-        if is_sized or not starts_white:
-            peaks = resonances if is_sized else ()
-            models = [_fit_by_period(rows, one, peaks, slow=slow and is_sized) for one in series]
-        else:
-            models = [_white(one, len(half)) for one in series]
-        is_sized = True
-        if turn < turns - 1:
-            split = _split(rows, models, thresholds)
-    return list(models)
+            split = self.split(models)
+        turns = self.thresholds.noise_iterations + self.slow
+        for turn in range(turns):
+            taken, half = solve_least_squares(np.sum([part.gram for part in split], axis=0))
+            weights = np.append(1.0, -taken)[None]
+            if is_sized:
+                weights = np.vstack((weights, np.pad(half, ((0, 0), (1, 0)))))
+            series = self._series_by_output(split, weights, whole=is_sized)
+            if is_sized or not starts_white:
+                peaks = self.resonances if is_sized else ()
+                models = [self._fit_by_period(one, peaks, slow=self.slow and is_sized) for one in series]
+            else:
+                models = [_white(one, len(half)) for one in series]
+            is_sized = True
+            if turn < turns - 1:
+                split = self.split(models)
+        return list(models)
 
+    def split(self, models: Sequence[NoiseModel]) -> list[RecordProjection]:
+        """Return the rows of each record in the metric of `models`, split by what its own parameters follow."""
+        return each(self.executor, lambda row: row.split_off_own(models, self.thresholds), self.rows)
 
-def _split(
-    rows: Sequence[RecordRows], models: Sequence[NoiseModel], thresholds: ResidualThresholds
-) -> list[RecordProjection]:
-    return [row.split_off_own(models, thresholds) for row in rows]
+    def start_with_peak(self, split: Sequence[RecordProjection]) -> list[NoiseModel]:
+        """Return noise with the peak that an unmeasured force makes; [] where there is no resonance or no peak.
 
+        All directions together take whatever lies in a narrow peak, and nothing would be left to see it by. What is
+        wrong with a model is along one or two of them; a noise is along none. So those are taken out of the residual
+        that take most of it. `split` is that of white noise.
+        """
+        if not self.resonances:
+            return []
+        gram = np.sum([part.gram for part in split], axis=0)
+        samples = sum(row.residual.size for row in self.rows)
+        chosen = _main_directions(gram, len(self.rows[0].shared), samples, self.thresholds)
+        taken, _ = solve_least_squares(gram[np.ix_([0, *chosen], [0, *chosen])])
+        weights = np.zeros((1, len(gram)))
+        weights[0, [0, *chosen]] = np.append(1.0, -taken)
+        series = self._series_by_output(split, weights, whole=False)
+        models = [self._fit_by_period(one, self.resonances, slow=False) for one in series]
+        return models if any(one.resonant for model in models for one in (model, *model.others)) else []
 
-def _series_by_output(
-    rows: Sequence[RecordRows], split: Sequence[RecordProjection], weights: FloatArray, *, whole: bool
-) -> Iterator[list[FloatArray]]:
-    """Yield for each output what its noise is estimated from, by record, see `_known_series`."""
-    for output in range(rows[0].residual.shape[0]):
-        yield [
-            _known_series(row, part, weights, output, whole=whole)
-            for row, part in zip(rows, split, strict=True)
-        ]
+    def _series_by_output(
+        self, split: Sequence[RecordProjection], weights: FloatArray, *, whole: bool
+    ) -> Iterator[list[FloatArray]]:
+        """Yield for each output what its noise is estimated from, by record, see `_known_series`."""
+        for output in range(self.rows[0].residual.shape[0]):
 
+            def known(of: tuple[RecordRows, RecordProjection], output: int = output) -> FloatArray:
+                return _known_series(*of, weights, output, whole=whole)
 
-def _fit_by_period(
-    rows: Sequence[RecordRows], series: Sequence[FloatArray], resonances: Sequence[Resonance], *, slow: bool
-) -> NoiseModel:
-    """Fit the noise of one output, one model for each sample period of the records."""
-    groups = group_by_period([row.period_s for row in rows])
-    models = []
-    for group in groups:
-        period_s = rows[group[0]].period_s
-        found = fit_noise_in_parts([series[k] for k in group], period_s, resonances, slow=slow)
-        models.append(found._replace(period_s=period_s))
-    return combine_models(models, [sum(rows[k].residual.shape[1] for k in group) for group in groups])
+            yield each(self.executor, known, zip(self.rows, split, strict=True))
 
-
-def _start_with_peak(
-    rows: Sequence[RecordRows],
-    split: Sequence[RecordProjection],
-    resonances: Sequence[Resonance],
-    thresholds: ResidualThresholds,
-) -> list[NoiseModel]:
-    """Return noise with the peak that an unmeasured force makes; [] where there is no resonance or no peak.
-
-    All directions together take whatever lies in a narrow peak, and nothing would be left to see it by. What is wrong
-    with a model is along one or two of them; a noise is along none. So those are taken out of the residual that take
-    most of it. `split` is that of white noise.
-    """
-    if not resonances:
-        return []
-    gram = np.sum([part.gram for part in split], axis=0)
-    chosen = _main_directions(gram, len(rows[0].shared), sum(row.residual.size for row in rows), thresholds)
-    taken, _ = solve_least_squares(gram[np.ix_([0, *chosen], [0, *chosen])])
-    weights = np.zeros((1, len(gram)))
-    weights[0, [0, *chosen]] = np.append(1.0, -taken)
-    series = _series_by_output(rows, split, weights, whole=False)
-    models = [_fit_by_period(rows, one, resonances, slow=False) for one in series]
-    return models if any(one.resonant for model in models for one in (model, *model.others)) else []
+    def _fit_by_period(
+        self, series: Sequence[FloatArray], resonances: Sequence[Resonance], *, slow: bool
+    ) -> NoiseModel:
+        """Fit the noise of one output, one model for each sample period of the records."""
+        groups = group_by_period([row.period_s for row in self.rows])
+        models = []
+        for group in groups:
+            period_s = self.rows[group[0]].period_s
+            own = [series[k] for k in group]
+            found = fit_noise_in_parts(own, period_s, resonances, slow=slow, executor=self.executor)
+            models.append(found._replace(period_s=period_s))
+        return combine_models(
+            models, [sum(self.rows[k].residual.shape[1] for k in group) for group in groups]
+        )
 
 
 def _main_directions(

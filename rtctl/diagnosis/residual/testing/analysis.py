@@ -22,6 +22,7 @@ from rtctl.diagnosis.residual.projection.residual_rows import account_for_quanti
 from rtctl.diagnosis.residual.testing.lags import lagged_series, memory_directions
 from rtctl.identification.noise.residual_noise import NoiseModel
 from rtctl.identification.simulation_error.sensitivity import Linearisation
+from rtctl.identification.threads import each
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,7 +68,8 @@ def analyse_residual(
     residuals = [record.residual for record in linearised]
     named = catalogue_directions(hypothesis.simulation, others, problem, residuals)
     directions = [*named, *force_directions(problem)]
-    rows = [_rows_of(hypothesis, problem, named, index, record) for index, record in enumerate(linearised)]
+    slopes = _named_slopes(hypothesis, problem, named)
+    rows = [_rows_of(hypothesis, problem, slopes[k], k, record) for k, record in enumerate(linearised)]
     directions += memory_directions(len(rows[0].directions) - len(directions))
     thresholds = problem.thresholds.residual
     if noise is None:
@@ -78,6 +80,7 @@ def analyse_residual(
             slow=not problem.allowed,
             starts_white=problem.subject.noise_starts_white,
             thresholds=thresholds,
+            executor=problem.executor,
         )
     return ResidualAnalysis(
         hypothesis=hypothesis,
@@ -89,13 +92,25 @@ def analyse_residual(
     )
 
 
+def _named_slopes(
+    hypothesis: Hypothesis, problem: Problem, named: Sequence[Direction]
+) -> list[list[FloatArray]]:
+    """Return the derivatives (directions, outputs, n) along each form of a mechanism, by record; run in parallel."""
+    forms = [list(of) for _, of in groupby(named, key=lambda one: (one.mechanism, one.form))]
+
+    def along(which: tuple[int, int]) -> FloatArray:
+        return mechanism_sensitivities(hypothesis, forms[which[1]], problem, which[0])
+
+    every = [(index, form) for index in range(len(problem.records)) for form in range(len(forms))]
+    made = each(problem.executor, along, every)
+    return [made[k * len(forms) : (k + 1) * len(forms)] for k in range(len(problem.records))]
+
+
 def _rows_of(
-    hypothesis: Hypothesis, problem: Problem, named: Sequence[Direction], index: int, record: Linearisation
+    hypothesis: Hypothesis, problem: Problem, slopes: list[FloatArray], index: int, record: Linearisation
 ) -> RecordRows:
-    """Return the rows of one record with all directions, `named` of them of the catalogue."""
-    slopes = []
-    for _, group in groupby(named, key=lambda direction: (direction.mechanism, direction.form)):
-        slopes.append(mechanism_sensitivities(hypothesis, list(group), problem, index))
+    """Return the rows of one record with all directions, `slopes` those along the catalogue."""
+    slopes = [*slopes]
     slopes.append(problem.subject.force_sensitivities(hypothesis, problem, index))
     slopes.append(lagged_series(record.residual + _measured(problem, hypothesis, index), problem, index))
     rows = RecordRows(
