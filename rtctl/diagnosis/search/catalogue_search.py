@@ -12,7 +12,7 @@ from rtctl.diagnosis.nominal_fit.predictability import cut_tests_of_another_cour
 from rtctl.diagnosis.problem.cancellation import CancelledError
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.diagnosis.search.elimination.dissipation import keep_one_dissipation_law
+from rtctl.diagnosis.search.elimination.dissipation import drop_imitating_dissipation
 from rtctl.diagnosis.search.elimination.holdout_support import add_untold_rivals, drop_minor, drop_unsupported
 from rtctl.diagnosis.search.holdout_error import compute_free_run_error, measure_gains
 from rtctl.diagnosis.search.largest_part import choose_largest_part
@@ -23,6 +23,7 @@ from rtctl.diagnosis.search.sentences import (
     CUT_BY_CLOCK,
     FURTHER_NOT_SEARCHED,
     IMITATING,
+    IMITATION_NOT_TRIED,
     LOOPS_NOT_CHECKED,
     LOOPS_NOT_REFITTED,
     MINOR,
@@ -65,7 +66,12 @@ def _judge_parts(request: SearchRequest, found: FoundCauses, *, whole: bool) -> 
         result = add_untold_rivals(result, problem, request.tests)
     if found.cancelled:
         return found._replace(result=result)
-    result, others = keep_one_dissipation_law(result, problem, request.ids)
+    try:
+        result, others = drop_imitating_dissipation(
+            result, problem, request.ids, request.budget, request.report
+        )
+    except CancelledError:
+        return found._replace(result=result, cancelled=True, notes=[*found.notes, IMITATION_NOT_TRIED])
     result, minor = drop_minor(result, problem, request.tests, request.ids)
     dropped = [(IMITATING, others), (MINOR, minor)]
     notes = [

@@ -25,7 +25,7 @@ from rtctl.diagnosis.search.successive_halving import halve_successively
 
 def find_better_alternative(
     problem: Problem, nominal: Hypothesis, named: Hypothesis, budget: WorkBudget,
-    report: Callable[[str], None] = lambda text: None,
+    report: Callable[[str], None] = lambda text: None, laws: Sequence[str] = (),
 ) -> str:  # fmt: skip
     """Return the sentence of the best nonparametric alternative if it explains clearly more than the causes; else "".
 
@@ -33,10 +33,11 @@ def find_better_alternative(
 
     Args:
         problem: Records that were fitted.
-        nominal: Fitted nominal model.
+        nominal: Fitted nominal model, or a set that the alternatives are added to.
         named: Fitted set of causes that leaves more than the noise.
         budget: Work of the diagnosis, which this may exceed by a bounded amount.
         report: Called with a text before each fit.
+        laws: Ids of the alternatives; (): all of the subject.
 
     Raises:
         CancelledError: Between two fits, once the problem's cancellation token is set.
@@ -53,7 +54,8 @@ def find_better_alternative(
     )
     if causes is None:
         return ""
-    law = _fit_best_alternative(few, first, problem.subject.nonparametric_alternatives, budget, report)
+    asked = laws or problem.subject.nonparametric_alternatives
+    law = _fit_best_alternative(few, first, asked, budget, report)
     if law is None or law.cost >= causes.cost:
         return ""
     if law.cost < limits.alternative_cost * causes.cost:

@@ -23,8 +23,13 @@ MINOR = (
     "what is missing: not named"
 )
 IMITATING = (
-    "{} would be a second law of dissipation in a set that does not explain everything, and two such laws imitate a "
-    "third: the one that removes most is kept, and this is not named"
+    "{} would be a second law of dissipation in a set that does not explain everything, and a free curve of the speed "
+    "in its place leaves clearly less, so the two imitate another law: the one that removes most is kept, and this is "
+    "not named"
+)
+IMITATION_NOT_TRIED = (
+    "stopped by the user before a free curve of the speed was compared with the laws of dissipation: two of them may "
+    "imitate another one"
 )
 OUT_OF_WORK = (
     "the search used up its budget of {:.6g} million simulated steps and reports the best set found by then; further "
