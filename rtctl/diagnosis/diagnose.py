@@ -134,7 +134,7 @@ def diagnose(
             subject=subject, records=fit, scales=data.scales, executor=executor,
             steps_per_period=subject.steps_per_period, thresholds=options.thresholds,
             cancellation=options.cancellation,
-        )  # fmt: skip
+        ).with_steps_of_all()  # fmt: skip
         fitted = list_fitted(simulation, ids)
         asked = _Question(
             dataset, model, problem, tests, fitted, options, report, subject.stated_misfit(model, dataset)

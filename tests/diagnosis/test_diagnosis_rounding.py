@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
-from diagnosis_cases import PERIOD_S, device
+from diagnosis_cases import PERIOD_S, answer_to, device, measured, noise_drive
 
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.problem.fit import fit_hypothesis
@@ -21,6 +22,7 @@ from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
 
 STEP_MM = 0.01
+COARSE_MM = 0.3
 LEVELS = ProblemThresholds()
 DEFAULT = ResidualThresholds()
 IDS = ("stiffness.cubic", "damping.quadratic", "friction.coulomb", "sensor.offset")
@@ -128,6 +130,44 @@ def test_of_two_converters_one_behind_the_other_the_coarser_step_is_seen() -> No
     assert quantization_step([fine * np.round(shown / fine)], LEVELS) == pytest.approx(0.1, rel=2e-3)
     alone = fine * np.round((SWINGS["sine"] + 0.002 * noise) / fine)
     assert quantization_step([alone], LEVELS) == pytest.approx(fine)
+
+
+def test_the_beginning_of_a_record_has_the_step_that_the_whole_record_shows(tmp_path: Path) -> None:
+    """The first look took what rounding leaves for a finding, and the search used up its work.
+
+    The drive is small at first: the beginning reaches few levels.
+    """
+    asymmetric = {
+        "id": "stiffness.quadratic",
+        "parameters": {"coefficient": {"value": 3e3, "unit": "1/(mm*s^2)"}},
+    }
+    grows = np.where(np.arange(8000) < 6000, 0.25, 1.0)
+    written = []
+    for seed, use in ((1, "fit"), (2, "fit"), (3, "test")):
+        drive = grows * noise_drive(seed, 8.0, 8000)
+        exact = measured(device(asymmetric), drive, 0.0)
+        rng = np.random.default_rng(seed)
+        readings = COARSE_MM * np.round((exact + 0.002 * rng.standard_normal(8000)) / COARSE_MM)
+        written.append((drive, readings + 3e-3 * COARSE_MM * rng.standard_normal(8000), use))
+    records = tuple(
+        FitRecord(
+            name="r",
+            stimulus=Stimulus(inputs={"drive": drive}, holds={"drive": "linear"}, period_s=PERIOD_S),
+            measured={"displacement": readings},
+        )
+        for drive, readings, use in written
+        if use == "fit"
+    )
+    problem = Problem(subject=subject_of("oscillator"), records=records, scales=estimate_scales(records))
+    assert problem.step("displacement") == pytest.approx(COARSE_MM, rel=2e-3)
+    assert problem.initial_part(12_000).step("displacement") == 0.0
+    known = problem.with_steps_of_all().initial_part(12_000)
+    assert known.step("displacement") == problem.step("displacement")
+    found = answer_to(
+        tmp_path, written, "stiffness.quadratic,sensor.quantisation,friction.coulomb,sensor.offset"
+    )
+    assert found["verdict"] == "explained"
+    assert {cause["id"] for cause in found["causes"]} == {"stiffness.quadratic", "sensor.quantisation"}
 
 
 def test_a_quiet_record_beside_loud_ones_is_thinned_for_every_hypothesis_alike() -> None:

@@ -39,6 +39,9 @@ class Problem:
     allowed: Mapping[str, float] = field(default_factory=dict)
     """Allowed misfit by output, mean square in the output's unit squared: the accuracy that the identification of the
     nominal model claimed. A misfit below it is no gap. Empty: any misfit beyond the noise is one."""
+    steps: Mapping[str, float] = field(default_factory=dict)
+    """Quantization step of outputs, in their units, where more than these records told it: a part of them may show
+    none."""
     thresholds: Thresholds = field(default_factory=Thresholds)
     """Numbers by which the diagnosis decides."""
     cancellation: CancellationToken = field(default_factory=CancellationToken)
@@ -49,6 +52,11 @@ class Problem:
     def until(self, budget: WorkBudget) -> Problem:
         """Return this problem with fits that end once `budget` is spent."""
         return replace(self, enough=lambda: budget.spent)
+
+    def with_steps_of_all(self) -> Problem:
+        """Return this problem with the quantization steps that its records tell, for parts of them too."""
+        names = {name for record in self.records for name in record.measured}
+        return replace(self, steps={name: self.step(name) for name in sorted(names)})
 
     @property
     def samples(self) -> int:
@@ -80,7 +88,8 @@ class Problem:
 
     def step(self, output: str) -> float:
         """Return the quantization step of an output's readings, in its unit; 0 where none is visible."""
-        return _quantization_step(self.records, output, self.thresholds.problem)
+        known = self.steps.get(output)
+        return _quantization_step(self.records, output, self.thresholds.problem) if known is None else known
 
     def size(self, output: str) -> float:
         """Return the RMS of a measured output over all scored samples, in its unit; 1 if it is zero.
