@@ -7,19 +7,27 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from diagnosis_cases import PERIOD_S, answer_to, device, measured, noise_drive
+from diagnosis_cases import PERIOD_S, UNITS, device, measured, noise_drive, write_case
 
 from rtctl.border.simulation import Stimulus
+from rtctl.diagnosis.diagnose import diagnose
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.quantization import grid_level, quantization_step
 from rtctl.diagnosis.problem.subjects import subject_of
+from rtctl.diagnosis.report.pictures import before_after
 from rtctl.diagnosis.residual.projection.quantization import changing_samples, rounding_error_directions
 from rtctl.diagnosis.residual.projection.residual_rows import residual_rows
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
+from rtctl.diagnosis.search.holdout_error import Gain
+from rtctl.diagnosis.search.request import DiagnosisOptions
 from rtctl.diagnosis.thresholds import ProblemThresholds, ResidualThresholds, Thresholds
+from rtctl.diagnosis.verification.holdout_residual import explain_holdout_residual
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
+from rtctl.measured import read_dataset
+from rtctl.models.oscillator import read_oscillator_model
+from rtctl.wiring_models import build_simulation
 
 STEP_MM = 0.01
 COARSE_MM = 0.3
@@ -163,11 +171,22 @@ def test_the_beginning_of_a_record_has_the_step_that_the_whole_record_shows(tmp_
     assert problem.initial_part(12_000).step("displacement") == 0.0
     known = problem.with_steps_of_all().initial_part(12_000)
     assert known.step("displacement") == problem.step("displacement")
-    found = answer_to(
-        tmp_path, written, "stiffness.quadratic,sensor.quantisation,friction.coulomb,sensor.offset"
+    exact = fit_hypothesis(known, device(asymmetric), (), iterations=0)
+    assert exact is not None
+    rounding = Gain("displacement", "mm", 1.0, COARSE_MM / np.sqrt(12.0), 0.01 * COARSE_MM, 1.0, 1.0, 1.0)
+    assert explain_holdout_residual(rounding, known, known.records, exact) is None, (
+        "rounding is nothing to explain"
     )
-    assert found["verdict"] == "explained"
-    assert {cause["id"] for cause in found["causes"]} == {"stiffness.quadratic", "sensor.quantisation"}
+    manifest = write_case(tmp_path, written)
+    data, model = read_dataset(manifest), read_oscillator_model(tmp_path / "model.toml")
+    ids = ["stiffness.quadratic", "sensor.quantisation", "friction.coulomb", "sensor.offset"]
+    options = DiagnosisOptions(threads=1)
+    found = diagnose(data, model, build_simulation(model, UNITS, "model.toml"), ids, options)
+    assert found.verdict == "explained"
+    assert {cause.id for cause in found.causes} == {"stiffness.quadratic", "sensor.quantisation"}
+    assert not any("times the noise" in text for text in found.warnings), "what rounding leaves is no noise"
+    shown = before_after(found)[0]
+    assert np.sqrt(np.mean((shown.after - shown.measured) ** 2)) < 0.5 * COARSE_MM / np.sqrt(12.0)
 
 
 def test_a_quiet_record_beside_loud_ones_is_thinned_for_every_hypothesis_alike() -> None:

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.report.ranking import ranking_of
+from rtctl.diagnosis.report.rounding import rounded
 from rtctl.diagnosis.result import Diagnosis
 from rtctl.diagnosis.search.holdout_error import simulate_free_run
 from rtctl.diagnosis.thresholds import ReportThresholds
@@ -100,7 +101,8 @@ def _one(
         record=record.name, output=output, unit=diagnosis.units[output], rate=diagnosis.problem.scales.rate,
         time_s=record.period_s * (record.begin + np.arange(record.samples, dtype=np.float64))[scored],
         measured=record.measured[output][scored],
-        before=old.outputs[output][0][scored], after=after_it[scored], output_rate=rate_of_it[scored],
+        before=old.outputs[output][0][scored], after=rounded(diagnosis, output, after_it)[scored],
+        output_rate=rate_of_it[scored],
     )  # fmt: skip
 
 

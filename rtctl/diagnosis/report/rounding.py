@@ -158,6 +158,17 @@ def _named(answer: Diagnosis, request: SearchRequest, steps: Sequence[Step]) -> 
     )  # fmt: skip
 
 
+def rounded(diagnosis: Diagnosis, output: str, simulated: FloatArray) -> FloatArray:
+    """Return simulated readings (n,) of an output, in its unit, at the steps that are a cause; else as they are."""
+    names = diagnosis.problem.subject.levels.get(output)
+    for cause in diagnosis.causes:
+        if cause.id == ID and names is not None and names.step in cause.parameters:
+            step, level = (cause.parameters[name].value for name in (names.step, names.level))
+            read: FloatArray = level + step * np.rint((simulated - level) / step)
+            return read
+    return simulated
+
+
 def _bounded(gain: Gain) -> Gain:
     """Return the gain with a noise that is no larger than the error of the model that rounds: it counted the steps."""
     return gain._replace(noise_floor=min(gain.noise_floor, gain.after))

@@ -71,11 +71,12 @@ def explain_holdout_residual(
         noise: Noise of the output of `error` on the fitted records; None: it is not asked whether it is louder here.
 
     Returns:
-        None where the error is what noise and allowed misfit leave.
+        None where the error is what noise, a converter's steps and allowed misfit leave.
     """
     limits = problem.thresholds.verification
-    expected = float(np.hypot(error.noise_floor, np.sqrt(problem.allowed.get(error.output, 0.0))))
-    most = limits.missed_ratio * expected
+    rounding = problem.step(error.output) ** 2 / 12.0
+    expected = np.sqrt(error.noise_floor**2 + rounding + problem.allowed.get(error.output, 0.0))
+    most = limits.missed_ratio * float(expected)
     if not error.after > most:
         return None
     values = error.after, error.unit, error.after / error.noise_floor
