@@ -171,6 +171,12 @@ def test_the_beginning_of_a_record_has_the_step_that_the_whole_record_shows(tmp_
     assert problem.initial_part(12_000).step("displacement") == 0.0
     known = problem.with_steps_of_all().initial_part(12_000)
     assert known.step("displacement") == problem.step("displacement")
+    assert known.step("velocity") == 0.0, "no record has it"
+    one_has = replace(
+        records[0], measured={**records[0].measured, "velocity": records[0].measured["displacement"]}
+    )
+    some = replace(problem, records=(one_has, records[1])).with_steps_of_all()
+    assert some.step("velocity") == pytest.approx(COARSE_MM, rel=2e-3)
     exact = fit_hypothesis(known, device(asymmetric), (), iterations=0)
     assert exact is not None
     rounding = Gain("displacement", "mm", 1.0, COARSE_MM / np.sqrt(12.0), 0.01 * COARSE_MM, 1.0, 1.0, 1.0)

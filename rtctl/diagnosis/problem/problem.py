@@ -87,9 +87,10 @@ class Problem:
         return f"noise, or what the model's identification may be off ({' and '.join(shares)})"
 
     def step(self, output: str) -> float:
-        """Return the quantization step of an output's readings, in its unit; 0 where none is visible."""
-        known = self.steps.get(output)
-        return _quantization_step(self.records, output, self.thresholds.problem) if known is None else known
+        """Return the quantization step of an output's readings, in its unit; 0 where none is visible, or none read."""
+        if output in self.steps:
+            return self.steps[output]
+        return _quantization_step(self.records, output, self.thresholds.problem)
 
     def size(self, output: str) -> float:
         """Return the RMS of a measured output over all scored samples, in its unit; 1 if it is zero.
@@ -107,4 +108,5 @@ def _first_samples(records: tuple[FitRecord, ...], each: int) -> tuple[FitRecord
 
 @lru_cache(maxsize=8)
 def _quantization_step(records: tuple[FitRecord, ...], output: str, thresholds: ProblemThresholds) -> float:
-    return quantization_step([record.measured[output] for record in records], thresholds)
+    read = [record.measured[output] for record in records if output in record.measured]
+    return quantization_step(read, thresholds) if read else 0.0
