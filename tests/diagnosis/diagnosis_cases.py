@@ -57,6 +57,12 @@ def device(*mechanisms: dict[str, object], **more: tuple[float, str]) -> Simulat
     return build_simulation(ModelFile.model_validate({"model": tables}), UNITS, "device")
 
 
+def cause(identity: str, **values: tuple[float, str]) -> dict[str, object]:
+    """Table of a mechanism of the device, its parameters as (value, unit)."""
+    parameters = {name: {"value": value, "unit": unit} for name, (value, unit) in values.items()}
+    return {"id": identity, "parameters": parameters}
+
+
 def noise_drive(seed: int, level: float = 6.0, samples: int = SAMPLES) -> FloatArray:
     """Band noise about the resonance [V]."""
     drive = np.convolve(np.random.default_rng(seed).standard_normal(samples + 16), np.hanning(16), "valid")[

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from diagnosis_cases import MODEL, answer_to, dataset_of, device, measured, noise_drive
+from diagnosis_cases import MODEL, answer_to, cause, dataset_of, device, measured, noise_drive
 
 from rtctl.api import diagnosing
 from rtctl.border.errors import InputError
@@ -47,14 +47,6 @@ CASES: list[tuple[str, dict[str, tuple[float, str]], str]] = [
 ]  # fmt: skip
 
 
-def cause(identity: str, values: dict[str, tuple[float, str]]) -> dict[str, Any]:
-    """Table of a mechanism."""
-    return {
-        "id": identity,
-        "parameters": {name: {"value": value, "unit": unit} for name, (value, unit) in values.items()},
-    }
-
-
 def records(*mechanisms: dict[str, Any], level: float = 1.0) -> list[tuple[Any, Any, str]]:
     """Two records to fit and one to test."""
     plant = device(*mechanisms)
@@ -86,7 +78,7 @@ SLOW = (
 def test_it_is_named_among_those_that_look_like_it(
     tmp_path: Path, identity: str, values: dict[str, tuple[float, str]], rivals: str
 ) -> None:
-    found = answer_to(tmp_path, records(cause(identity, values)), rivals)
+    found = answer_to(tmp_path, records(cause(identity, **values)), rivals)
     assert found["verdict"] == "explained"
     assert [(one["id"], one["indistinguishable_from"]) for one in found["causes"]] == [(identity, [])]
     assert ("damper" in found["causes"][0]["statement"]) == ("retardation_time" in values)
@@ -110,7 +102,7 @@ def test_a_pendulum_is_told_from_a_series_of_its_sine(truth: str, tmp_path: Path
     """Half a millimetre is a radian; what is written are degrees."""
     gravity = {"coefficient": (1.2e4, K), "radian": (0.5, Z)}
     series = {"coefficient": (-4e3, "1/(mm^2*s^2)")}
-    made = records(cause(truth, gravity if truth == "stiffness.gravity" else series), level=0.35)
+    made = records(cause(truth, **(gravity if truth == "stiffness.gravity" else series)), level=0.35)
     turned = [(drive, displacement * RADIAN, use) for drive, displacement, use in made]
     dataset_of(tmp_path, *turned)
     (tmp_path / "model.toml").write_text(MODEL)
@@ -170,7 +162,7 @@ def test_stops_are_looked_for_where_the_motion_passes_and_stay_there(tmp_path: P
 def test_stops_that_no_whole_record_leads_to_are_found_by_short_segments(tmp_path: Path) -> None:
     """A motion that bounces has a minimum at every turn: a fit of both stops ends above one of a cubic spring."""
     values = {"stiffness": 2e4, "lower": -0.35, "upper": 0.25}
-    stops = cause("stop.two_sided", {"stiffness": (2e4, K), "lower": (-0.35, Z), "upper": (0.25, Z)})
+    stops = cause("stop.two_sided", stiffness=(2e4, K), lower=(-0.35, Z), upper=(0.25, Z))
     problem = replace(problem_of(dataset_of(tmp_path, *records(stops))), steps_per_period=64.0)
     stuck = fitted_from(problem, "stop.two_sided", {"stiffness": 2.8e4, "lower": -0.49, "upper": 1.34}, 6)
     cubic = fitted_from(problem, "stiffness.cubic", {"coefficient": 2e4}, 40)

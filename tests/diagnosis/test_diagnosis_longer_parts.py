@@ -7,7 +7,7 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
-from diagnosis_cases import UNITS, FloatArray, answer_to, device, measured, noise_drive, write_case
+from diagnosis_cases import UNITS, FloatArray, answer_to, cause, device, measured, noise_drive, write_case
 
 from rtctl.diagnosis.diagnose import diagnose
 from rtctl.diagnosis.nominal_fit.nominal_fit import NominalFit
@@ -25,13 +25,8 @@ IDS = "timing.skew,stop.one_sided,stiffness.cubic,damping.quadratic,drive.lag"
 
 def records(later: float, at_first: float = 1.0) -> list[tuple[FloatArray, FloatArray, str]]:
     """Records that are read late; from their middle on the drive is larger, and the motion reaches a stop."""
-    skew = {"id": "timing.skew", "parameters": {"late": {"value": LATE_S, "unit": "s"}}}
-    stop = {
-        "id": "stop.one_sided",
-        "parameters": {
-            "above": {"value": STIFFNESS, "unit": "1/s^2"}, "place": {"value": PLACE_MM, "unit": "mm"},
-        },
-    }  # fmt: skip
+    skew = cause("timing.skew", late=(LATE_S, "s"))
+    stop = cause("stop.one_sided", above=(STIFFNESS, "1/s^2"), place=(PLACE_MM, "mm"))
     hidden = device(skew, stop, damping=(4.0, "1/s"))
     grows = np.where(np.arange(SAMPLES) < SOFT, at_first, later)
     drives = [

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from diagnosis_cases import PERIOD_S, device, noise_drive
+from diagnosis_cases import PERIOD_S, cause, device, noise_drive
 from test_diagnosis_holdout_support import ASYMMETRIC, FRICTION, IDS, OFFSET_MM, fit_of, record_of
 
 from rtctl.border.simulation import Stimulus
@@ -61,20 +61,10 @@ def test_of_a_set_that_explains_all_nothing_is_dropped() -> None:
     assert left_of(FRICTION, ASYMMETRIC, passes=True) == (BOTH, ())
 
 
-POWER: dict[str, object] = {
-    "id": "damping.power",
-    "parameters": {
-        "level": {"value": 300.0, "unit": "mm/s^2"}, "speed": {"value": 30.0, "unit": "mm/s"},
-        "exponent": {"value": 0.7, "unit": "1"},
-    },
-}  # fmt: skip
-FALLING: dict[str, object] = {
-    "id": "friction.stribeck",
-    "parameters": {
-        "level": {"value": 60.0, "unit": "mm/s^2"}, "excess": {"value": 300.0, "unit": "mm/s^2"},
-        "transition_speed": {"value": 8.0, "unit": "mm/s"},
-    },
-}  # fmt: skip
+POWER = cause("damping.power", level=(300.0, "mm/s^2"), speed=(30.0, "mm/s"), exponent=(0.7, "1"))
+FALLING = cause(
+    "friction.stribeck", level=(60.0, "mm/s^2"), excess=(300.0, "mm/s^2"), transition_speed=(8.0, "mm/s")
+)
 
 
 @pytest.mark.parametrize(

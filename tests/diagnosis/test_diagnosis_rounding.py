@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from diagnosis_cases import PERIOD_S, UNITS, device, measured, noise_drive, write_case
+from diagnosis_cases import PERIOD_S, UNITS, cause, device, measured, noise_drive, write_case
 
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.diagnose import diagnose
@@ -145,10 +145,7 @@ def test_the_beginning_of_a_record_has_the_step_that_the_whole_record_shows(tmp_
 
     The drive is small at first: the beginning reaches few levels.
     """
-    asymmetric = {
-        "id": "stiffness.quadratic",
-        "parameters": {"coefficient": {"value": 3e3, "unit": "1/(mm*s^2)"}},
-    }
+    asymmetric = cause("stiffness.quadratic", coefficient=(3e3, "1/(mm*s^2)"))
     grows = np.where(np.arange(8000) < 6000, 0.25, 1.0)
     written = []
     for seed, use in ((1, "fit"), (2, "fit"), (3, "test")):
@@ -189,7 +186,7 @@ def test_the_beginning_of_a_record_has_the_step_that_the_whole_record_shows(tmp_
     options = DiagnosisOptions(threads=1)
     found = diagnose(data, model, build_simulation(model, UNITS, "model.toml"), ids, options)
     assert found.verdict == "explained"
-    assert {cause.id for cause in found.causes} == {"stiffness.quadratic", "sensor.quantisation"}
+    assert {one.id for one in found.causes} == {"stiffness.quadratic", "sensor.quantisation"}
     assert not any("times the noise" in text for text in found.warnings), "what rounding leaves is no noise"
     shown = before_after(found)[0]
     assert np.sqrt(np.mean((shown.after - shown.measured) ** 2)) < 0.5 * COARSE_MM / np.sqrt(12.0)

@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from diagnosis_cases import PERIOD_S, device, measured, noise_drive
+from diagnosis_cases import PERIOD_S, cause, device, measured, noise_drive
 
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.problem.fit import fit_hypothesis
@@ -20,10 +20,6 @@ from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
 
 IDS = ("damping.power", "timing.skew", "stiffness.cubic", "drive.offset")
-
-
-def cause(identity: str, **values: tuple[float, str]) -> dict[str, object]:
-    return {"id": identity, "parameters": {k: {"value": v, "unit": u} for k, (v, u) in values.items()}}
 
 
 POWER = cause("damping.power", level=(2e3, "mm/s^2"), exponent=(0.3, "1"), speed=(300.0, "mm/s"))

@@ -192,9 +192,8 @@ def test_what_a_killed_watch_leaves_is_a_whole_file(tmp_path: Path) -> None:
             sizes |= {file.stat().st_size} if file.exists() else set()
         assert asked(address)[0] == 200
         size = -1
-        while size != (
-            size := file.stat().st_size
-        ):  # until a save changes nothing: killed in one it is damaged
+        # until a save changes nothing: killed in the middle of one, the file would be damaged
+        while size != (size := file.stat().st_size):
             assert time.monotonic() < deadline
             time.sleep(1.5 * SAVE_EVERY_S)
         process.send_signal(signal.SIGKILL)

@@ -91,7 +91,7 @@ def _examine(answer: Diagnosis, request: SearchRequest, signal: str) -> Step | N
         for one in (answer.fits.before, answer.fits.after)
     )
     rounded = [
-        level + size * np.rint((error + record.measured[signal][record.first :] - level) / size)
+        _at_steps(error + record.measured[signal][record.first :], size, level)
         - record.measured[signal][record.first :]
         for error, record in zip(after, tests, strict=True)
     ]  # fmt: skip
@@ -164,9 +164,14 @@ def rounded(diagnosis: Diagnosis, output: str, simulated: FloatArray) -> FloatAr
     for cause in diagnosis.causes:
         if cause.id == ID and names is not None and names.step in cause.parameters:
             step, level = (cause.parameters[name].value for name in (names.step, names.level))
-            read: FloatArray = level + step * np.rint((simulated - level) / step)
-            return read
+            return _at_steps(simulated, step, level)
     return simulated
+
+
+def _at_steps(readings: FloatArray, step: float, level: float) -> FloatArray:
+    """Return the levels (n,) nearest to readings (n,)."""
+    found: FloatArray = level + step * np.rint((readings - level) / step)
+    return found
 
 
 def _bounded(gain: Gain) -> Gain:

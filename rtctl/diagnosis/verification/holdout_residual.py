@@ -74,9 +74,11 @@ def explain_holdout_residual(
         None where the error is what noise, a converter's steps and allowed misfit leave.
     """
     limits = problem.thresholds.verification
-    rounding = problem.step(error.output) ** 2 / 12.0
-    expected = np.sqrt(error.noise_floor**2 + rounding + problem.allowed.get(error.output, 0.0))
-    most = limits.missed_ratio * float(expected)
+    rounding = problem.step(error.output) / np.sqrt(
+        12.0
+    )  # with much noise it is a part of that, else it is beside it
+    noisy = max(error.noise_floor, rounding)
+    most = limits.missed_ratio * float(np.hypot(noisy, np.sqrt(problem.allowed.get(error.output, 0.0))))
     if not error.after > most:
         return None
     values = error.after, error.unit, error.after / error.noise_floor

@@ -205,9 +205,8 @@ def fit_noise_in_parts(
     if found is None:
         return model
     model = NoiseModel(*found, resonant=model.resonant)
-    left = sum(
-        each(executor, lambda one: float(np.sum(model.whiten(one) ** 2)), series)
-    )  # less: a periodogram leaks
+    # less is left than the spectrum says: a periodogram leaks
+    left = sum(each(executor, lambda one: float(np.sum(model.whiten(one) ** 2)), series))
     return model._replace(variance=model.variance * left / count)
 
 
