@@ -5,18 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from plant_sim.equations.compiled.kernels import law_of, laws_of
+from plant_sim.equations.compiled.for_estimators import estimator_sources
 from plant_sim.equations.device_profile import profile_of
 from plant_sim.equations.device_table import InputLimits, Instrument, read_device_table
 from plant_sim.equations.integration.steps import Places, outputs_at, rates_at
 from plant_sim.equations.reading import read_equations, system_of
 from plant_sim.equations.system import System
 from rtctl.border.arrays import FloatArray
-from rtctl.border.equations.controlled import ModelOutput, Passages
+from rtctl.border.equations.controlled import LawSources, ModelOutput
 
 
 class ControlledEquations:
@@ -30,14 +29,15 @@ class ControlledEquations:
         names = [one.name for one in self._system.outputs]
         instruments = [device.outputs.get(name, Instrument()) for name in names]
         self.shown = names.index(device.reference) if device.reference else 0
-        self._sensed = [k for k, one in enumerate(instruments) if one.sensed]
+        self.sensed = tuple(k for k, one in enumerate(instruments) if one.sensed)
         self.left_out = tuple(one.id for one in model.model.mechanisms)
         self.profile = profile_of(model, device, str(path))
+        self.states = tuple(one.name for one in self._system.states)
         self.initial = np.array([one.initial for one in self._system.states])
         self.low = np.array([one.low for one in self._system.states])
         self.high = np.array([one.high for one in self._system.states])
         self.switched = np.array(self._system.discrete)
-        self.noise = np.array([instruments[k].noise for k in self._sensed])
+        self.noise = np.array([instruments[k].noise for k in self.sensed])
         limits = [device.inputs.get(one.name, InputLimits()) for one in self._system.inputs]
         self.command_range = np.array([(one.low, one.high) for one in limits])
         self.outputs = tuple(
@@ -47,35 +47,26 @@ class ControlledEquations:
             for one, span in zip(self._system.outputs, instruments, strict=True)
         )
         self.output_range = self.outputs[self.shown].reach
-        self.parameters = np.array([[one.value * one.factor] for one in self._system.parameters]).reshape(
-            -1, 1
-        )
-        self._factors = np.array([one.factor for one in self._system.inputs])
+        self.parameters = np.array([one.value * one.factor for one in self._system.parameters])
+        self.input_factors = np.array([one.factor for one in self._system.inputs])
+        self.directions = np.array([float(one.direction) for one in self._system.events])
 
     @cached_property
-    def passages(self) -> Passages | None:
-        """Return the compiled events."""
-        if not self._system.events:
-            return None
-        laws = laws_of(self._system)
-        return Passages(laws.guards, laws.resets, laws.directions)
-
-    @property
-    def law(self) -> Any:
-        """Return the compiled rates, compiled at the first use of the model on a machine."""
-        return law_of(self._system)
+    def sources(self) -> LawSources:
+        """Return the laws as sources."""
+        return estimator_sources(self._system)
 
     def input_si(self, levels: Sequence[float]) -> FloatArray:
         """Return commands (inputs,) in SI base units."""
-        return np.asarray(np.asarray(levels, dtype=np.float64) * self._factors)
+        return np.asarray(np.asarray(levels, dtype=np.float64) * self.input_factors)
 
     def rates(self, x: FloatArray, levels: Sequence[float]) -> FloatArray:
         """Return the rates (m, states) [SI/s] of states `x` (m, states) under one set of commands."""
-        return rates_at(self._system, self._places(x, levels), self.parameters[:, 0])
+        return rates_at(self._system, self._places(x, levels), self.parameters)
 
     def readings(self, x: FloatArray, levels: Sequence[float]) -> FloatArray:
         """Return the readings (m, readings) of states `x` (m, states)."""
-        return self.all_outputs(x, levels)[:, self._sensed]
+        return self.all_outputs(x, levels)[:, list(self.sensed)]
 
     def controlled(self, x: FloatArray, levels: Sequence[float]) -> FloatArray:
         """Return the controlled output (m,) of states `x` (m, states)."""
@@ -83,9 +74,9 @@ class ControlledEquations:
 
     def all_outputs(self, x: FloatArray, levels: Sequence[float]) -> FloatArray:
         """Return all outputs (m, outputs) of states `x` (m, states), each in its unit."""
-        return outputs_at(self._system, self._places(x, levels), self.parameters[:, 0])
+        return outputs_at(self._system, self._places(x, levels), self.parameters)
 
     def _places(self, x: FloatArray, levels: Sequence[float]) -> Places:
         return Places(
-            x, np.broadcast_to(self.input_si(levels), (len(x), len(self._factors))), np.zeros(len(x))
+            x, np.broadcast_to(self.input_si(levels), (len(x), len(self.input_factors))), np.zeros(len(x))
         )

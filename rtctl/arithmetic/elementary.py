@@ -7,10 +7,13 @@
     expm1 x = 2 r P(r^2) / (Q(r^2) - r P(r^2)) of r = x below 0.5, exp x - 1 beyond; log1p likewise by the series of log
     sin x, cos x by polynomials of r = x - n pi / 2, |r| <= pi / 4, in the quadrant n
     atan x = x + x^3 P(x^2) / Q(x^2) below 0.66, by pi / 4 + atan((x - 1) / (x + 1)) and pi / 2 - atan(1 / x) beyond
+    asin x = atan(x / sqrt((1 - x) (1 + x))),   acos x = 2 atan(sqrt((1 - x) / (1 + x)))
+    x^y = exp(y log x)
 
 ln 2 is held in two parts, the first of which n times is exact in double and in single precision, and pi / 2 in three.
-Accurate to 2 units in the last place (sine and cosine up to a thousand turns, away from their zeros). A C library's
-functions differ from another's in the last bits, and so would a loop that uses them.
+Accurate to 2 units in the last place (sine and cosine up to a thousand turns, away from their zeros; asin, acos, sinh,
+cosh and tan to 5; x^y to 3 + 2 |y log x|). A C library's functions differ from another's in the last bits, and so would
+a loop that uses them.
 
 References: S. L. Moshier, Cephes, exp.c, tanh.c, atanh.c, unity.c, sin.c, atan.c; Sun Microsystems, fdlibm, e_log.c.
 """
@@ -36,6 +39,8 @@ PI, HALF_PI, QUARTER_PI = 3.14159265358979323846, 1.57079632679489661923, 0.7853
 DEGREES = 57.295779513082320877
 """Degrees of a radian."""
 TAN_3PI_8 = 2.41421356237309504880
+WHOLE = 2147483000.0
+"""Beyond it `floor` takes each number for a whole one: an integer of 32 bits does not hold it."""
 LOG_HALF = -0.2928932188134524
 """sqrt(1/2) - 1: from here to sqrt(2) - 1 the series of log takes log1p as it is."""
 
@@ -242,3 +247,73 @@ def atan2(y: float, x: float) -> float:
     if x > 0.0:
         return angle
     return angle + PI if y >= 0.0 else angle - PI
+
+
+@kernel
+def asin(x: float) -> float:
+    """Return the inverse sine [rad]; NaN beyond +-1."""
+    return atan2(x, sqrt((1.0 - x) * (1.0 + x)))
+
+
+@kernel
+def acos(x: float) -> float:
+    """Return the inverse cosine [rad]; NaN beyond +-1."""
+    return 2.0 * atan2(sqrt(1.0 - x), sqrt(1.0 + x))
+
+
+@kernel
+def tan(x: float) -> float:
+    """Return the tangent of x [rad]; NaN where x is not finite."""
+    return sine_ahead(x, 0) / sine_ahead(x, 1)
+
+
+@kernel
+def sinh(x: float) -> float:
+    """Return the hyperbolic sine."""
+    e = expm1(abs(x))
+    if not e < math.inf:
+        return x if x != x else math.copysign(math.inf, x)
+    return math.copysign(0.5 * (e + e / (e + 1.0)), x)
+
+
+@kernel
+def cosh(x: float) -> float:
+    """Return the hyperbolic cosine."""
+    e = exp(abs(x))
+    return 0.5 * (e + 1.0 / e)
+
+
+@kernel
+def sqrt(x: float) -> float:
+    """Return the square root; NaN of less than 0."""
+    return math.nan if x < 0.0 else math.sqrt(x)
+
+
+@kernel
+def fabs(x: float) -> float:
+    """Return the size of x."""
+    return abs(x)
+
+
+@kernel
+def floor(x: float) -> float:
+    """Return the largest whole number that is not above x."""
+    if not abs(x) < WHOLE:
+        return x
+    n = float(int(x))
+    return n - 1.0 if n > x else n
+
+
+@kernel
+def power(x: float, y: float) -> float:
+    """Return x^y; of a negative x where y is whole, else NaN."""
+    if y == 0.0 or x == 1.0:
+        return 1.0
+    if x > 0.0:
+        return exp(y * log(x))
+    if x == 0.0:
+        return 0.0 if y > 0.0 else math.inf
+    if x < 0.0 and floor(y) == y:
+        size = exp(y * log(-x))
+        return size if floor(0.5 * y) == 0.5 * y else -size
+    return math.nan

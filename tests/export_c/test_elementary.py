@@ -9,16 +9,24 @@ import numpy as np
 import pytest
 
 from rtctl.arithmetic.elementary import (
+    acos,
+    asin,
     atan,
     atan2,
     atanh,
     cos,
+    cosh,
     exp,
     expm1,
+    floor,
     log,
     log1p,
+    power,
     power_of_two,
     sin,
+    sinh,
+    sqrt,
+    tan,
     tanh,
 )
 
@@ -90,3 +98,40 @@ def test_angles_of_points_in_all_quadrants() -> None:
         [math.atan2(*point) for point in points], rel=4e-16
     )
     assert math.isnan(atan2(math.nan, 1.0))
+
+
+WITHIN = np.concatenate((RNG.uniform(-1.0, 1.0, 2000), SMALL, [-1.0, 1.0, 0.0]))
+FURTHER = {
+    "asin": (asin, math.asin, WITHIN),
+    "acos": (acos, math.acos, WITHIN),
+    "sinh": (sinh, math.sinh, np.concatenate((RNG.uniform(-700.0, 700.0, 2000), SMALL))),
+    "cosh": (cosh, math.cosh, np.concatenate((RNG.uniform(-700.0, 700.0, 2000), SMALL))),
+    "tan": (tan, math.tan, np.concatenate((RNG.uniform(-1.5, 1.5, 2000), SMALL))),
+}
+
+
+@pytest.mark.parametrize("name", FURTHER)
+def test_the_error_of_what_is_made_of_others_is_at_most_five_units(name: str) -> None:
+    own, library, arguments = FURTHER[name]
+    worst = max(abs(own(x) - library(x)) / math.ulp(library(x)) for x in arguments.tolist())
+    assert worst <= 5.0
+
+
+def test_powers_within_their_bound() -> None:
+    for x, y in np.column_stack(
+        (10.0 ** RNG.uniform(-6.0, 6.0, 2000), RNG.uniform(-20.0, 20.0, 2000))
+    ).tolist():
+        exact = math.pow(x, y)
+        assert abs(power(x, y) - exact) <= (3.0 + 2.0 * abs(y * math.log(x))) * math.ulp(exact)
+    assert (power(-2.0, 3.0), power(-2.0, 2.0)) == (pytest.approx(-8.0), pytest.approx(4.0))
+    assert (power(0.0, 2.5), power(0.0, -1.0), power(-3.0, 0.0)) == (0.0, math.inf, 1.0)
+    assert math.isnan(power(-2.0, 0.5))
+
+
+def test_floor_is_that_of_python_and_roots_of_less_than_zero_are_no_numbers() -> None:
+    places = [*RNG.uniform(-1e6, 1e6, 500).tolist(), -1.0, -0.5, 0.0, 0.5, 3.0]
+    assert [floor(x) for x in places] == [math.floor(x) for x in places]
+    assert floor(1e18) == 1e18
+    assert math.isnan(floor(math.nan))
+    assert math.isnan(sqrt(-1e-300))
+    assert sqrt(2.0) == math.sqrt(2.0)

@@ -7,12 +7,10 @@ states, 1 to 16 lanes).
 
 from __future__ import annotations
 
-import hashlib
 import math
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
 import numba
@@ -37,6 +35,7 @@ from plant_sim.oscillator.equation.binding import CONTRACT
 from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import first_class
 from rtctl.border.machine_code import cache as kernel_cache
+from rtctl.border.machine_code.generated import compiled, made
 
 FUNCTIONS = (
     "sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "fabs",
@@ -183,27 +182,11 @@ def _law(source: str, name: str) -> Any:
 
 def _cached(source: str, name: str, whole: str, known: dict[str, Any]) -> Any:
     """Return a function of a generated source, compiled when it is called, kept on disk by the hash of `whole`."""
-    function = _made(source, name)
-    digest = hashlib.sha256(f"{whole}|{_own_stamp()}".encode()).hexdigest()
-    unique = f"{name}_{digest[:32]}"
-    # numba finds its folder by the file of a function: it is said to stand in this one
-    function.__code__ = function.__code__.replace(co_filename=__file__, co_name=unique, co_qualname=unique)
-    function.__module__, function.__name__, function.__qualname__ = __name__, unique, unique
-    function.__globals__.update(known)
-    compiled = kernel_cache.jit(function, error_model="numpy", fastmath=CONTRACT, nogil=True)
-    kernel_cache.stamp(compiled, digest)
-    return compiled
+    function = _made(source, name, known)
+    return compiled(function, whole, __file__, __name__, error_model="numpy", fastmath=CONTRACT, nogil=True)
 
 
-def _made(source: str, name: str) -> Any:
+def _made(source: str, name: str, known: Mapping[str, Any] | None = None) -> Any:
     """Return the function of a generated source, which is made of trees and holds no text of a user."""
-    names: dict[str, Any] = {name: getattr(math, name) for name in FUNCTIONS}
-    names |= {"floor": np.floor, "__name__": __name__}
-    names |= functions_in(source)
-    exec(compile(source, "<equations>", "exec"), names)
-    return names[name]
-
-
-@lru_cache(maxsize=1)
-def _own_stamp() -> str:
-    return hashlib.sha256(Path(__file__).read_bytes()).hexdigest()
+    names: dict[str, Any] = {one: getattr(math, one) for one in FUNCTIONS}
+    return made(source, name, {**names, "floor": np.floor, **functions_in(source), **(known or {})}, __name__)

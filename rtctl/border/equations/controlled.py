@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -12,15 +12,22 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.records import DeviceProfile
 
 
-class Passages(NamedTuple):
-    """Events of a model, by compiled laws that are called as `StateSpace.law` is."""
+class LawSources(NamedTuple):
+    """Sources of Python functions `law(x, u, p, out) -> 0` with x (n,), u (inputs,), p (parameters,), all SI, at t = 0.
 
-    guards: Any
-    """Fills (events,) with what the events watch."""
-    resets: Any
-    """Fills (events * n,) with the states [SI] after each event, where it sets them."""
-    directions: FloatArray
-    """Direction (events,) in which each passes zero: +1, -1, 0 for both."""
+    The functions that they call (`exp`, `power`, ..., as in `rtctl.arithmetic.elementary`) are the caller's.
+    """
+
+    rates: str
+    """Fills `out` (n,) with rates; 0 where a state is at a limit that its rate points beyond."""
+    outputs: str
+    """Fills `out` (outputs,), each in its unit."""
+    guards: str
+    """Fills `out` (events,) with what the events watch."""
+    resets: str
+    """Fills `out` (events * n,) with the states after each event, where it sets them."""
+    own: Mapping[str, Any]
+    """Compiled functions of the user by the names under which the sources call them."""
 
 
 class ModelOutput(NamedTuple):
@@ -39,6 +46,8 @@ class StateSpace(Protocol):
     """
 
     profile: DeviceProfile
+    states: tuple[str, ...]
+    """Names of the states."""
     initial: FloatArray
     """States (n,) at power-up."""
     low: FloatArray
@@ -56,12 +65,15 @@ class StateSpace(Protocol):
     """Which of them is the controlled one."""
     left_out: tuple[str, ...]
     """Mechanisms of the model file that are not equations of it, such as a delay: this does not have them."""
-    law: Any
-    """Compiled `law(x, u, t, p, lane, rates) -> 0` with x (n,), u (inputs,), p (parameters, 1), all SI."""
+    sources: LawSources
     parameters: FloatArray
-    """Parameters (parameters, 1) for `law` [SI]."""
-    passages: Passages | None
-    """Events at which states are set anew; None: the model has none."""
+    """Parameters (parameters,) of the laws [SI]."""
+    input_factors: FloatArray
+    """SI base units (inputs,) of each input's unit."""
+    sensed: tuple[int, ...]
+    """Places of the readings among the outputs."""
+    directions: FloatArray
+    """Direction (events,) in which what an event watches passes zero: +1, -1, 0 for both."""
     switched: NDArray[np.bool_]
     """Whether each state (n,) changes at events alone."""
 

@@ -1,7 +1,4 @@
-"""States of a user's equations one sample later, for many points at once: Runge-Kutta steps of order 4, on their own.
-
-The estimator integrates by itself: an error in the simulated device's integrator must not cancel in a loop's test.
-"""
+"""States of a user's equations one sample later, for many points at once, also through events."""
 
 from __future__ import annotations
 
@@ -13,6 +10,7 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.equations.controlled import StateSpace
 from rtctl.border.kernels import kernel
+from rtctl.estimators.equations.laws import laws_of
 from rtctl.estimators.equations.passages import advance_with_events
 from rtctl.estimators.equations.step import step
 
@@ -20,7 +18,7 @@ from rtctl.estimators.equations.step import step
 # 8 parameters because a compiled kernel takes its arrays one by one
 @kernel
 def advance(  # noqa: PLR0913
-    law: Any,
+    rates: Any,
     points: FloatArray,
     u: FloatArray,
     p: FloatArray,
@@ -32,30 +30,30 @@ def advance(  # noqa: PLR0913
     """Move points through held inputs, in place.
 
     Args:
-        law: Rates of the model (`rtctl.border.equations.controlled.StateSpace.law`).
+        rates: Rates of the model (`rtctl.estimators.equations.laws.Laws`).
         points: States (points, n) [SI].
         u: Inputs (inputs,) [SI].
-        p: Parameters (parameters, 1) [SI].
+        p: Parameters (parameters,) [SI].
         low: Lower limits (n,) of the states [SI].
         high: Upper limits (n,) [SI].
         step_s: Step [s].
         steps: Number of steps.
     """
     m, n = points.shape
-    k, there = np.empty((4, n)), np.empty(n)
+    k, there = np.empty(4 * n), np.empty(n)
     for j in range(m):
         x = points[j]
         for _ in range(steps):
-            step(law, x, u, p, low, high, step_s, k, there, x)
+            step(rates, x, u, p, low, high, step_s, k, there, x)
 
 
 def watched_at(model: StateSpace, points: FloatArray, levels: Sequence[float]) -> FloatArray:
     """Return the expressions (points, events) that the events of a model watch; 0 where one has no value."""
-    if model.passages is None:
-        return np.empty((len(points), 0))
-    found, u = np.empty((len(points), len(model.passages.directions))), model.input_si(levels)
-    for row, x in zip(found, points, strict=True):
-        model.passages.guards(np.ascontiguousarray(x), u, 0.0, model.parameters, 0, row)
+    found, u = np.empty((len(points), len(model.directions))), model.input_si(levels)
+    if found.size:
+        guards = laws_of(model).guards
+        for row, x in zip(found, points, strict=True):
+            guards(np.ascontiguousarray(x), u, model.parameters, row)
     return np.nan_to_num(found)
 
 
@@ -83,10 +81,11 @@ def move(
         step_s: Step [s].
         steps: Number of steps.
     """
-    u, found = model.input_si(levels), model.passages
-    if found is None:
-        advance(model.law, points, u, model.parameters, model.low, model.high, step_s, steps)
+    u, laws = model.input_si(levels), laws_of(model)
+    if len(model.directions) == 0:
+        advance(laws.rates, points, u, model.parameters, model.low, model.high, step_s, steps)
         return
     advance_with_events(
-        model.law, *found, points, sides, u, model.parameters, model.low, model.high, step_s, steps
-    )
+        laws.rates, laws.guards, laws.resets, laws.directions, points, sides, u, model.parameters, model.low,
+        model.high, step_s, steps,
+    )  # fmt: skip

@@ -29,7 +29,7 @@ class Held(NamedTuple):
     u: FloatArray
     """Inputs (inputs,) [SI]."""
     p: FloatArray
-    """Parameters (parameters, 1) [SI]."""
+    """Parameters (parameters,) [SI]."""
     low: FloatArray
     """Lower limits (n,) of the states [SI]."""
     high: FloatArray
@@ -42,7 +42,7 @@ class Room(NamedTuple):
     """Arrays that a step needs."""
 
     k: FloatArray
-    """(4, n)."""
+    """(4 * n,)."""
     x: FloatArray
     """Of a stage, after a step, after an event: (3, n)."""
     g: FloatArray
@@ -68,18 +68,18 @@ def _mark(side: FloatArray, held: Held, room: Room) -> int:
 def _try(law: Any, guards: Any, x: FloatArray, held: Held, room: Room, time_s: float) -> None:
     """Fill `room.x[1]` and `room.g` with the states and expressions after a step of `time_s` [s] from `x` (n,)."""
     step(law, x, held.u, held.p, held.low, held.high, time_s, room.k, room.x[0], room.x[1])
-    guards(room.x[1], held.u, 0.0, held.p, 0, room.g)
+    guards(room.x[1], held.u, held.p, room.g)
 
 
 @called_kernel
 def _slope(law: Any, guards: Any, x: FloatArray, held: Held, room: Room, e: int) -> float:
     """Return the change of an expression along the rates at `x` (n,) over `PROBE` of a step."""
-    law(x, held.u, 0.0, held.p, 0, room.k[0])
+    law(x, held.u, held.p, room.k[0 : x.shape[0]])
     for i in range(x.shape[0]):
-        room.x[0, i] = x[i] + PROBE * held.step_s * room.k[0, i]
-    guards(x, held.u, 0.0, held.p, 0, room.g)
+        room.x[0, i] = x[i] + PROBE * held.step_s * room.k[i]
+    guards(x, held.u, held.p, room.g)
     before = room.g[e]
-    guards(room.x[0], held.u, 0.0, held.p, 0, room.g)
+    guards(room.x[0], held.u, held.p, room.g)
     change: float = room.g[e] - before
     return change
 
@@ -90,7 +90,7 @@ def _set_states(resets: Any, x: FloatArray, held: Held, room: Room) -> None:
     n = x.shape[0]
     for i in range(room.sets.shape[0]):
         room.sets[i] = np.nan
-    resets(x, held.u, 0.0, held.p, 0, room.sets)
+    resets(x, held.u, held.p, room.sets)
     for i in range(n):
         room.x[2, i] = x[i]
         for e in range(room.fires.shape[0]):
@@ -133,7 +133,7 @@ def _step_with_events(
     """Move `x` (n,) through one step, in place."""
     left_s = held.step_s
     for _ in range(MOST_EVENTS):
-        guards(x, held.u, 0.0, held.p, 0, room.g)
+        guards(x, held.u, held.p, room.g)
         if _mark(side, held, room) >= 0:  # an input or another event made it jump
             _set_states(resets, x, held, room)
         else:
@@ -150,7 +150,7 @@ def _step_with_events(
             left_s -= _passage(law, guards, resets, x, side, held, room, left_s)
         for i in range(x.shape[0]):
             x[i] = room.x[2, i]
-        guards(x, held.u, 0.0, held.p, 0, room.g)
+        guards(x, held.u, held.p, room.g)
         for e in range(side.shape[0]):
             if room.fires[e] > 0.0:
                 side[e] = np.sign(room.g[e])
@@ -172,7 +172,7 @@ def advance_with_events(  # noqa: PLR0913
         points: States (points, n) [SI].
         sides: Sides (points, events) of the expressions so far; brought up to date.
         u: Inputs (inputs,) [SI].
-        p: Parameters (parameters, 1) [SI].
+        p: Parameters (parameters,) [SI].
         low: Lower limits (n,) of the states [SI].
         high: Upper limits (n,) [SI].
         step_s: Step [s].
@@ -180,7 +180,7 @@ def advance_with_events(  # noqa: PLR0913
     """
     (m, n), events = points.shape, sides.shape[1]
     held = Held(u, p, low, high, directions, step_s)
-    room = Room(np.empty((4, n)), np.empty((3, n)), np.empty(events), np.empty(events), np.empty(events * n))
+    room = Room(np.empty(4 * n), np.empty((3, n)), np.empty(events), np.empty(events), np.empty(events * n))
     for j in range(m):
         for _ in range(steps):
             _step_with_events(law, guards, resets, points[j], sides[j], held, room)
