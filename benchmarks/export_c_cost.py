@@ -1,6 +1,7 @@
 """What an exported loop costs on a Cortex-M4F: flash, memory, stack, instructions a sample, for each estimator.
 
-Instructions are counted by emulation over a recorded run of the scenario `steps`, so they are the same on each machine.
+Instructions are counted by emulation over a recorded run of the scenario `steps` (of a Kalman filter of equations: the
+scenario that is named beside it), so they are the same on each machine.
 
     python benchmarks/export_c_cost.py --model MODEL.toml [--duration "2 s"] [--loops observer,none ...]
 """
@@ -27,7 +28,8 @@ from rtctl.session.replay import read_run
 
 LOOPS = (
     ("observer", "none"), ("observer", "inverse"), ("composite", "none"), ("gap_free", "none"), ("preisach", "none"),
-    ("egpi", "none"), ("lock_in", "none"),
+    ("egpi", "none"), ("lock_in", "none"), ("kalman", "voice_coil_steps"), ("kalman", "sma_steps"),
+    ("kalman", "piezo_steps"),
 )  # fmt: skip
 CLOCK_HZ, RATE_HZ = 100e6, 10e3
 
@@ -42,12 +44,17 @@ def main() -> None:
     if lack := missing(MACHINES["m4f"]):
         raise SystemExit(lack)
     print(
-        "| estimator, feedforward | flash, kB | of it tables | memory, byte | stack, byte | instructions, mean | most |"
+        "| estimator, feedforward or scenario | flash, kB | of it tables | memory, byte | stack, byte | "
+        "instructions, mean | most |"
     )
     print("|---|---|---|---|---|---|---|")
     for estimator, _, feedforward in (loop.partition(",") for loop in args.loops):
-        settings = {"estimator.kind": estimator, "scenario.duration": args.duration}
-        scenario, model = ("me_amplitude", None) if estimator == "lock_in" else ("steps", args.model)
+        settings: dict[str, Any] = {"estimator.kind": estimator}
+        scenario, model = {"lock_in": ("me_amplitude", None), "kalman": (feedforward, None)}.get(
+            estimator, ("steps", args.model)
+        )
+        if estimator != "kalman":
+            settings["scenario.duration"] = args.duration
         if model is not None:
             settings["controller.feedforward"] = feedforward
         with tempfile.TemporaryDirectory() as place:

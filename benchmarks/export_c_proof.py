@@ -1,6 +1,7 @@
 """Exported loops on every machine that is here, over many samples of noise and corners: the same bits as Python?
 
-`lock_in` is the bundled resonator's loop; of a model with mechanisms the estimators are the extended ones.
+`lock_in` is the bundled resonator's loop, `voice_coil_steps` and alike are those of equations with a Kalman filter; of
+a model with mechanisms the estimators are the extended ones.
 
     python benchmarks/export_c_proof.py --model MODEL.toml [--rows 1000000] [--estimators observer ...]
         [--machines gcc ...]
@@ -16,18 +17,17 @@ from pathlib import Path
 import numpy as np
 
 from rtctl.api.exporting.c import export_c
+from rtctl.api.inputs import load_scenario
 from rtctl.export.c.laws.planning import law_of
 from rtctl.export.c.proof.comparison import differences
 from rtctl.export.c.proof.corners import corner_rows
 from rtctl.export.c.proof.in_python import PythonLaw
 from rtctl.export.c.proof.machines import MACHINES, REALS, build, missing, run
 from rtctl.export.c.translated import translated
-from rtctl.models.resonator import read_resonator
-from rtctl.models.vo2 import read_model
-from rtctl.scenario.bundled import find_scenario
-from rtctl.scenario.schema import load_scenario
+from rtctl.wiring import model_of
 
-ESTIMATORS = ("observer", "composite", "gap_free", "preisach", "egpi", "lock_in")
+VO2 = ("observer", "composite", "gap_free", "preisach", "egpi")
+ESTIMATORS = (*VO2, "lock_in", "voice_coil_steps", "sma_steps", "piezo_steps")
 
 
 def main() -> None:
@@ -40,14 +40,11 @@ def main() -> None:
     print("| estimator | precision | machine | samples | faults among them | differ from Python | s |")
     print("|---|---|---|---|---|---|---|")
     for estimator in args.estimators:
-        is_vo2 = estimator != "lock_in"
-        name, settings = ("steps", {"controller.feedforward": "inverse"}) if is_vo2 else ("me_amplitude", {})
-        settings["estimator.kind"] = estimator
-        file = args.model if is_vo2 else find_scenario(name).parent / "models" / "me_a.toml"
-        scenario, _ = load_scenario(
-            find_scenario(name), [f"{key}={value}" for key, value in settings.items()]
-        )
-        exported = translated(law_of(scenario, read_model(file) if is_vo2 else read_resonator(file)))
+        name = "steps" if estimator in VO2 else "me_amplitude" if estimator == "lock_in" else estimator
+        settings = {"controller.feedforward": "inverse", "estimator.kind": estimator} if estimator in VO2 else {}
+        file = args.model if estimator in VO2 else None
+        loaded = load_scenario(name, settings)
+        exported = translated(law_of(loaded.scenario, model_of(loaded.scenario, loaded.folder, file)))
         with tempfile.TemporaryDirectory() as place:
             folder = Path(place)
             export_c(name, model=file, settings=settings, out=folder)

@@ -23,9 +23,9 @@ LATE: dict[str, Any] = {"sensor__lag": {"time_constant": 2e-3}, "actuation__dela
 
 
 def exported(folder: Path, loop: str) -> None:
-    """Write a loop: of an estimator of the small model, of that model with mechanisms, or of a resonator."""
-    if loop == "lock_in":
-        export_c("me_amplitude", out=folder)
+    """Write a loop: of an estimator of the small model, of that model with mechanisms, of a resonator or equations."""
+    if loop in ("me_amplitude", "piezo_steps"):
+        export_c(loop, out=folder)
         return
     model = folder.with_suffix(".toml")
     extended = loop.startswith("extended ")
@@ -35,7 +35,7 @@ def exported(folder: Path, loop: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("loop", [*VO2, "extended observer", "extended composite", "lock_in"])
+@pytest.mark.parametrize("loop", [*VO2, "extended observer", "extended composite", "me_amplitude", "piezo_steps"])
 def test_every_deviation_stands_in_the_page(tmp_path: Path, loop: str) -> None:
     if shutil.which("cppcheck") is None:
         pytest.skip("cppcheck missing (Debian: cppcheck)")

@@ -10,7 +10,6 @@ import pytest
 
 from rtctl.api.exporting.c import export_c, replay_export
 from rtctl.api.runs.running import run
-from rtctl.border.errors import InputError
 from rtctl.export.c.laws.planning import law_of
 from rtctl.export.c.proof.comparison import differences, prove
 from rtctl.export.c.proof.corners import corner_rows
@@ -116,8 +115,3 @@ def model_of(scenario: Any) -> Any:
     from rtctl.wiring import model_of as read
 
     return read(scenario, Path(), None)
-
-
-def test_a_filter_of_equations_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="beside a PID the estimator none can be exported"):
-        export_c(scenario_of(tmp_path, estimator={"kind": "kalman"}), out=tmp_path / "loop")

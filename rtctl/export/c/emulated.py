@@ -87,7 +87,7 @@ def run_emulated(folder: Path, scenario: Scenario, model: Any, port: str) -> Emu
     rows = np.frombuffer(emulated(command, build / "told.bin", MACHINES["m4f"].title), dtype=_row_dtype(law))
     fault = int(rows["out"]["fault"][-1])
     units = dict(signal_columns(scenario.profile, chain.estimator, chain.controller))
-    signals = _signals(rows[:-1], list(units))
+    signals = _signals(rows[:-1], list(units), [name for name, _ in chain.controller.terms])
     summary = _summary(scenario, model, signals, fault, len(setpoints))
     result = RunResult(summary=summary, signals=signals, units=units, timing={}, tuning=tuning)
     return EmulatedRun(result=result, fault=fault)
@@ -104,12 +104,13 @@ def _row_dtype(law: Law) -> np.dtype[Any]:
     )  # fmt: skip
 
 
-def _signals(rows: Any, names: list[str]) -> dict[str, FloatArray]:
+def _signals(rows: Any, names: list[str], terms: list[str]) -> dict[str, FloatArray]:
+    """Return what the board told, by the names of a recording; `terms`: those of the controller."""
     taken, given = rows["in"], rows["out"]
     columns = [
         rows["index"], taken["setpoint"], given["estimate"], given["surrogate"], given["standard_error"],
-        given["estimate_status"], rows["reference"], taken["sensed"], rows["commanded"], given["proportional"],
-        given["integral"], given["feedforward"], taken["counter"], taken["time_us"], taken["status"],
+        given["estimate_status"], rows["reference"], taken["sensed"], rows["commanded"],
+        *(given[name] for name in terms), taken["counter"], taken["time_us"], taken["status"],
     ]  # fmt: skip
     return {name: np.asarray(values, dtype=np.float64) for name, values in zip(names, columns, strict=True)}
 

@@ -6,9 +6,9 @@ from typing import Any
 
 from rtctl.border.errors import InputError
 from rtctl.controllers.pid import PidController
+from rtctl.export.c.laws.equations.pid import pid_law
 from rtctl.export.c.laws.law import Law
 from rtctl.export.c.laws.loop_memory import Parts
-from rtctl.export.c.laws.pid import pid_law
 from rtctl.export.c.laws.resonator import resonator_law
 from rtctl.export.c.laws.vo2 import vo2_law
 from rtctl.models.resonator import ResonatorModel
@@ -56,7 +56,7 @@ def law_of(scenario: Scenario, model: Any, extrema: int = EXTREMA) -> Law:
     if isinstance(model, ResonatorModel):
         return resonator_law(model, parts)
     if type(parts.controller) is PidController:
-        return pid_law(parts)
+        return pid_law(model, parts)
     raise InputError(
         f'export c: the controller of this "{scenario.scenario.plant}" is a {type(parts.controller).__name__}; the '
         'loops of a "vo2" and of a "me", and a PID on a reading of the output, can be exported'

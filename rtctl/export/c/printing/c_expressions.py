@@ -13,6 +13,7 @@ from rtctl.export.c.translation.types import (
     LONG,
     REAL,
     ArrayType,
+    FunctionType,
     RecordArray,
     RecordType,
     Scalar,
@@ -30,8 +31,8 @@ COMPARISONS: dict[type, str] = {
 }  # fmt: skip
 UNARY, ATOM, COMPARE, AND, OR, CHOICE = 14, 16, 10, 5, 4, 3
 TAKEN = {
-    "exp", "log", "tanh", "atanh", "expm1", "log1p", "sin", "cos", "atan", "atan2", "near", "far", "double", "float",
-    "int", "signed",
+    "exp", "log", "tanh", "atanh", "expm1", "log1p", "sin", "cos", "atan", "atan2", "acos", "asin", "tan", "sinh",
+    "cosh", "sqrt", "fabs", "floor", "near", "far", "double", "float", "int", "signed",
 }  # fmt: skip
 PREFIX = {REAL: "real", INT: "int", LONG: "long"}
 
@@ -246,6 +247,7 @@ class Expressions:
         arguments = [
             self.argument(one, called, name, kind)
             for one, (name, kind) in zip(node.args, called.parameters.items(), strict=True)
+            if not isinstance(kind, FunctionType)
         ]
         return f"{c_name(called.name)}({', '.join(arguments)})"
 

@@ -11,6 +11,7 @@ from rtctl.export.c.translation.instances import Instance
 from rtctl.export.c.translation.types import (
     INT,
     ArrayType,
+    FunctionType,
     RecordArray,
     RecordType,
     Scalar,
@@ -95,7 +96,9 @@ class Function:
             else f"{instance.name}_result"
         )
         inside = ", ".join(
-            parameter(name, one, name in instance.mutated) for name, one in instance.parameters.items()
+            parameter(name, one, name in instance.mutated)
+            for name, one in instance.parameters.items()
+            if not isinstance(one, FunctionType)
         )
         head = f"static {returns} {c_name(instance.name)}({inside})"
         if len(head) <= WIDTH:
@@ -112,7 +115,11 @@ class Function:
         node = self._instance.source.node
         text = ast.get_docstring(node)
         used = set().union(*(_used(statement) for statement in node.body))
-        unused = [f"{STEP}(void){c_name(name)};" for name in self._instance.parameters if name not in used]
+        unused = [
+            f"{STEP}(void){c_name(name)};"
+            for name, kind in self._instance.parameters.items()
+            if name not in used and not isinstance(kind, FunctionType)
+        ]
         body = [*unused, *self._block(node.body, 1, set())]
         return [*(comment(text) if text else []), self.head(), "{", *body, "}"]
 
@@ -154,12 +161,6 @@ class Function:
             yield f"{STEP * depth}{self._declaration(name)};"
 
     def _declares_itself(self, statement: ast.stmt, name: str) -> bool:
-        if (
-            isinstance(statement, ast.For)
-            and isinstance(statement.target, ast.Name)
-            and statement.target.id == name
-        ):
-            return True
         if isinstance(statement, ast.AnnAssign):
             return True
         return isinstance(statement, ast.Assign) and len(statement.targets) == 1
@@ -359,12 +360,10 @@ def result_names(instance: Instance) -> list[str]:
 
 
 def _assigned(statement: ast.stmt) -> list[str]:
-    """Return the names that a statement sets, in order."""
-    names: dict[str, None] = {}
-    for node in ast.walk(statement):
-        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store) and node.id != "_":
-            names[node.id] = None
-    return list(names)
+    """Return the names that a statement sets, in order; the target of a loop is declared by the loop."""
+    loops = {node.target for node in ast.walk(statement) if isinstance(node, ast.For)}
+    names = [node for node in ast.walk(statement) if isinstance(node, ast.Name) and node not in loops]
+    return list(dict.fromkeys(one.id for one in names if isinstance(one.ctx, ast.Store) and one.id != "_"))
 
 
 def _used(node: ast.AST) -> set[str]:

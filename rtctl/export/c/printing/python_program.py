@@ -2,14 +2,14 @@
 
 numba computes a float32 with a Python float in double precision; here every constant, and every integer that meets a
 real, is converted first, as C does it. The text is compiled by numba or run as it is, and the result is the oracle of
-all machines: `run(state, inputs, outputs, constants, initial)`.
+all machines: `run(state, inputs, outputs, constants, initial, applied)`.
 """
 
 from __future__ import annotations
 
 import ast
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numba
@@ -19,7 +19,7 @@ from rtctl.export.c.laws.law import ByPrecision
 from rtctl.export.c.printing.c_expressions import COMPARISONS
 from rtctl.export.c.translation.inference import Program
 from rtctl.export.c.translation.instances import Instance
-from rtctl.export.c.translation.types import INT, REAL, Scalar, StructType, TupleType, Type
+from rtctl.export.c.translation.types import INT, REAL, FunctionType, Scalar, StructType, TupleType, Type
 
 OPERATORS: dict[type, str] = {
     ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.FloorDiv: "//", ast.Mod: "%", ast.BitAnd: "&",
@@ -27,12 +27,13 @@ OPERATORS: dict[type, str] = {
 }  # fmt: skip
 RUN = """
 @njit
-def run(state, inputs, outputs, constants, initial):
+def run(state, inputs, outputs, constants, initial, applied):
     for k in range(inputs.size):
         if inputs[k].periods == 0:
             state[0] = initial[0]
             state[0].settle_left = 1
             inputs[k].periods = 1
+{applied}
         {entry}(state, inputs[k], outputs[k], constants)
 """
 
@@ -46,7 +47,8 @@ class PythonFunction:
     def text(self) -> str:
         """Return the function."""
         instance = self._instance
-        head = f"@njit\ndef {instance.name}({', '.join(instance.parameters)}):"
+        taken = [name for name, kind in instance.parameters.items() if not isinstance(kind, FunctionType)]
+        head = f"@njit\ndef {instance.name}({', '.join(taken)}):"
         return "\n".join([head, *self._block(instance.source.node.body, "    "), ""])
 
     def _block(self, body: list[ast.stmt], pad: str) -> list[str]:
@@ -191,21 +193,33 @@ class PythonFunction:
         return f"{node.func.id}({self._listed(node.args, kinds)})"
 
     def _listed(self, nodes: list[ast.expr], kinds: list[Type]) -> str:
-        return ", ".join(self._converted(one, kind) for one, kind in zip(nodes, kinds, strict=True))
+        return ", ".join(
+            self._converted(one, kind)
+            for one, kind in zip(nodes, kinds, strict=True)
+            if not isinstance(kind, FunctionType)
+        )
 
 
-def python_program(program: Program, entry: Instance, real: Any, *, compiled: bool) -> Callable[..., None]:
+def python_program(
+    program: Program, entry: Instance, real: Any, levels: Sequence[str], *, compiled: bool
+) -> Callable[..., None]:
     """Return `run` of a program in one precision.
 
     Args:
         program: the kernels.
         entry: the function of a sample.
+        levels: fields of the state that are the commands in force; `applied` (n, commands) puts others in their place,
+            where it is a number.
         real: np.float32 or np.float64.
         compiled: whether numba compiles it, which lasts ten seconds; else Python runs it on records of NumPy.
     """
     numbers: dict[str, Any] = {}
     text = "\n".join(PythonFunction(instance, numbers).text() for instance in program.instances)
-    text += RUN.format(entry=entry.name)
+    applied = [
+        f"        if applied[k, {at}] == applied[k, {at}]:\n            state[0].{name} = applied[k, {at}]"
+        for at, name in enumerate(levels)
+    ]
+    text += RUN.format(entry=entry.name, applied="\n".join(applied))
     compile_function: Any = numba.njit(error_model="numpy", fastmath=False) if compiled else lambda f: f
     names = {
         "njit": compile_function,

@@ -46,8 +46,8 @@ class Proof:
     rows: int
     computed: tuple[Computed, ...]
     deviations: Mapping[str, Mapping[str, float]]
-    """Of single precision from the recorded loop, of `estimate`, `command` and further commands by their names: largest
-    and mean in their units (`max_um`), and in percent of the range."""
+    """Of single precision from the recorded loop, beside its readings and commands, of `estimate`, `command` and
+    further commands by their names: largest and mean in their units (`max_um`), and in percent of the range."""
 
     @property
     def same(self) -> bool:
@@ -88,9 +88,11 @@ def prove(folder: Path, run_folder: Path, machines: Sequence[str] = tuple(MACHIN
     computed, deviations = [], {}
     for precision, real in REALS.items():
         rows, samples = inputs_of(law, recorded, setpoints, step.preview_s, real)
-        oracle = PythonLaw(*exported, real, compiled=len(rows) > WORTH_COMPILING)(rows)
+        in_python = PythonLaw(*exported, real, compiled=len(rows) > WORTH_COMPILING)
+        oracle = in_python(rows)
         if precision == "float":
-            deviations = _deviations(recorded, oracle, samples)
+            beside = in_python(rows, _applied(recorded, samples, len(rows)))
+            deviations = _deviations(recorded, beside, samples)
         else:
             computed.append(_against_recording(recorded, oracle, samples))
         computed += [_on(folder, name, precision, rows, oracle) for name in machines]
@@ -154,8 +156,20 @@ def _against_recording(recorded: Recorded, found: Rows, samples: Any) -> Compute
     )
 
 
+def _applied(recorded: Recorded, samples: Any, count: int) -> FloatArray:
+    """Return the recorded commands (count, commands) before each sample; NaN where a row is no sample."""
+    names = [one.name for one in recorded.scenario.profile.commands]
+    applied = np.full((count, len(names)), np.nan)
+    applied[samples] = np.stack([np.asarray(recorded.signals[name]) for name in names], axis=1)
+    return applied
+
+
 def _deviations(recorded: Recorded, found: Rows, samples: Any) -> dict[str, dict[str, float]]:
-    """Return how far single precision is from the recorded loop, fed the recorded readings."""
+    """Return how far single precision is from the recorded loop, fed the recorded readings and commands.
+
+    With its own commands, which the recorded readings do not answer, an unstable controller of a stable loop would
+    drift away by itself.
+    """
     reach = support_of(recorded.scenario.scenario.plant).output_range(recorded.scenario, recorded.model)
     profile = recorded.scenario.profile
     units = {"estimate": ("estimate", profile.reference.unit)}

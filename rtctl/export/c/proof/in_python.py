@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from rtctl.border.arrays import FloatArray
 from rtctl.export.c.laws.law import Law, aligned_dtype, numpy_dtype
 from rtctl.export.c.printing.python_program import in_precision, python_program
 from rtctl.export.c.proof.recorded import Rows
@@ -30,7 +31,8 @@ class PythonLaw:
             real: np.float32 or np.float64.
             compiled: whether numba compiles it: worth ten seconds from `WORTH_COMPILING` rows on.
         """
-        self._run = python_program(program, entry, real, compiled=compiled)
+        self._levels = [one.name for one in law.output.fields if one.name.startswith("level")]
+        self._run = python_program(program, entry, real, self._levels, compiled=compiled)
         self._compiled = compiled
         self._constants = in_precision(law.constants, real)
         self._input, self._output = aligned_dtype(law.input, real), aligned_dtype(law.output, real)
@@ -38,8 +40,13 @@ class PythonLaw:
         for entry_of_memory in law.memory:
             self._initial[entry_of_memory.name] = entry_of_memory.value
 
-    def __call__(self, rows: Rows) -> Rows:
-        """Return the outputs of inputs (n,)."""
+    def __call__(self, rows: Rows, applied: FloatArray | None = None) -> Rows:
+        """Return the outputs of inputs (n,).
+
+        Args:
+            rows: the inputs.
+            applied: commands (n, commands) that are in force when a row is taken, NaN: the law's own; None: all are.
+        """
         wide = np.zeros(rows.size, dtype=_wide(self._input))
         for name in rows.dtype.names or ():
             wide[name] = rows[name]
@@ -48,8 +55,10 @@ class PythonLaw:
         records = [state, wide, outputs, initial]
         if not self._compiled:
             records = [one.view(np.recarray) for one in records]
+        if applied is None:
+            applied = np.full((rows.size, len(self._levels)), np.nan)
         with np.errstate(all="ignore"):
-            self._run(*records[:3], self._constants, records[3])
+            self._run(*records[:3], self._constants, records[3], applied)
         found = np.zeros(rows.size, dtype=self._output)
         for name in outputs.dtype.names or ():
             found[name] = outputs[name]

@@ -83,7 +83,7 @@ def build(folder: Path, machine: Machine, precision: str) -> Path:
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     if done.returncode:
-        raise InputError(f"{folder}: the {machine.title} compiler says\n{done.stderr.strip()}")
+        raise InputError(f"{folder}: {machine.title}: the compiler says\n{done.stderr.strip()}")
     return folder / place / {"host": "host", "m4f": "m4f.elf", "riscv": "riscv.elf"}[machine.target]
 
 

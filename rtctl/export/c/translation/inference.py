@@ -13,7 +13,7 @@ from typing import Any, get_type_hints
 
 from rtctl.export.c.translation.instances import INT_RANGE, Instance, annotated
 from rtctl.export.c.translation.mutation import mutated_parameters
-from rtctl.export.c.translation.source import source_of
+from rtctl.export.c.translation.source import function_of, is_function, source_of
 from rtctl.export.c.translation.types import (
     BOOL,
     INT,
@@ -21,6 +21,7 @@ from rtctl.export.c.translation.types import (
     NUMBERS,
     REAL,
     ArrayType,
+    FunctionType,
     RecordArray,
     RecordType,
     StructType,
@@ -46,7 +47,7 @@ class Program:
 
     def add(self, function: Callable[..., Any], types: list[Type], sizes: list[int]) -> Instance:
         """Return the instance of a kernel for argument types; infer it, and its callees, if it is new."""
-        function = getattr(function, "py_func", function)
+        function = function_of(function)
         key = (function, *types)
         found = self._found.get(key)
         if found is not None:
@@ -65,9 +66,11 @@ class Program:
             raise source.error(
                 source.node, f"takes {len(names)} plain arguments, is called with {len(types)}"
             )
+        parameters = dict(zip(names, types, strict=True))
+        handed = {name: one.function for name, one in parameters.items() if isinstance(one, FunctionType)}
         instance = Instance(
-            self._free_name(function.__name__), source, dict(zip(names, types, strict=True)),
-            mutated_parameters(source), dict(zip(names, sizes, strict=True)),
+            self._free_name(function.__name__), source, parameters, mutated_parameters(source, handed),
+            dict(zip(names, sizes, strict=True)),
         )  # fmt: skip
         self._found[key] = instance
         _Inference(self, instance).run()
@@ -237,6 +240,8 @@ class _Inference(ast.NodeVisitor):
         if isinstance(value, int | float):
             instance.constants[name] = value
             return self._constant(value, node)
+        if is_function(value):
+            return FunctionType(function_of(value))
         raise self._source.error(node, f"the name {name} is no number and no argument")
 
     def _of_Attribute(self, node: ast.Attribute) -> Type:
@@ -312,7 +317,8 @@ class _Inference(ast.NodeVisitor):
             return self._method(node, node.func)
         assert isinstance(node.func, ast.Name)
         kinds = [self._of(argument) for argument in node.args]
-        called = self._source.names.get(node.func.id)
+        handed = self._instance.parameters.get(node.func.id)
+        called = handed.function if isinstance(handed, FunctionType) else self._source.names.get(node.func.id)
         if called is None and node.func.id in __builtins__:  # type: ignore[operator]
             called = __builtins__[node.func.id]  # type: ignore[index]
         if called in BUILTINS:

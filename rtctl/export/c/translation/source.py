@@ -10,6 +10,7 @@ import tokenize
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
+from types import FunctionType
 from typing import Any
 
 from rtctl.border.errors import RtctlError
@@ -43,7 +44,17 @@ class Source:
 
 def source_of(function: Callable[..., Any]) -> Source:
     """Return the source of a function or of a compiled kernel. Raises NotTranslatableError."""
-    return _read(getattr(function, "py_func", function))
+    return _read(function_of(function))
+
+
+def function_of(value: Any) -> Any:
+    """Return the function of a compiled kernel; anything else as it is."""
+    return getattr(value, "py_func", value)
+
+
+def is_function(value: Any) -> bool:
+    """Return whether a value is a function or a compiled kernel, which can be handed to another one."""
+    return isinstance(function_of(value), FunctionType)
 
 
 @cache

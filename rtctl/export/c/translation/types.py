@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
+from typing import Any
 
 
 class Scalar(Enum):
@@ -74,7 +76,14 @@ class RecordArray:
     record: RecordType
 
 
-Type = Scalar | ArrayType | StructType | TupleType | RecordType | RecordArray | None
+@dataclass(frozen=True, slots=True)
+class FunctionType:
+    """A function that is handed on: each instance is written for the one that it calls."""
+
+    function: Callable[..., Any]
+
+
+Type = FunctionType | Scalar | ArrayType | StructType | TupleType | RecordType | RecordArray | None
 REAL, INT, LONG, BOOL = Scalar.REAL, Scalar.INT, Scalar.LONG, Scalar.BOOL
 NUMBERS = (BOOL, INT, LONG, REAL)
 """From the narrowest to the widest."""
