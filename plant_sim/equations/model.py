@@ -24,12 +24,12 @@ def equations_simulation(model: EquationsFile, units: Mapping[str, str], source:
         InputError: something in the model is wrong, or its signals are not those of the data; it names `source`.
     """
     system = system_of(model, source)
-    problems = _signal_problems(system, units)
+    problems = signal_problems(system, units)
     if problems:
         raise InputError("\n".join(f"{source}: {text}" for text in problems))
     plain = EquationsSimulation(
         system=system,
-        parameters=tuple(_free(one) for one in system.parameters),
+        parameters=tuple(free_parameter(one) for one in system.parameters),
         input_factors=np.array([factor_of(units[one.name]) for one in system.inputs]),
         units=dict(units),
         output_factors=np.array([factor_of(units.get(one.name, one.unit)) for one in system.outputs]),
@@ -83,7 +83,8 @@ def _fill(
             yield f"{where}, parameter {one.name}: {error}"
 
 
-def _signal_problems(system: System, units: Mapping[str, str]) -> list[str]:
+def signal_problems(system: System, units: Mapping[str, str]) -> list[str]:
+    """Return what is wrong with a model's signals beside those of the data, whose `units` are given by name."""
     found = []
     declared = {one.name: one.unit for one in system.inputs} | {one.name: one.unit for one in system.outputs}
     for name in units:
@@ -105,7 +106,8 @@ def _signal_problems(system: System, units: Mapping[str, str]) -> list[str]:
     return found
 
 
-def _free(one: Constant) -> FreeParameter:
+def free_parameter(one: Constant) -> FreeParameter:
+    """Return a parameter as a fit sees it."""
     size = abs(one.value) or (one.high - one.low if np.isfinite(one.high - one.low) else 1.0)
     declared = Parameter(
         name=one.name, unit=one.unit, meaning="", scale=lambda scales: size, low=one.low, high=one.high

@@ -162,11 +162,17 @@ def read_profile(path: Path) -> DeviceProfile:
 
 
 def unit_file_of(path: Path) -> Path:
-    """Return the unit that a plant file names under `plant.file`; a unit itself. Raises InputError."""
+    """Return the unit that a plant file names under `plant.file`, a model file under `model.file`; a unit itself.
+
+    Raises:
+        InputError: None is named.
+    """
     if path.suffix.lower() == ".fmu":
         return path
-    plant = read_toml(path).get("plant")
-    named = plant.get("file") if isinstance(plant, dict) else None
+    tables = read_toml(path)
+    key = "model" if "model" in tables else "plant"
+    table = tables.get(key)
+    named = table.get("file") if isinstance(table, dict) else None
     if not isinstance(named, str):
-        raise InputError(f'{path}: key "plant.file" must name a unit, such as "model.fmu", got {named!r}')
+        raise InputError(f'{path}: key "{key}.file" must name a unit, such as "model.fmu", got {named!r}')
     return path.parent / named

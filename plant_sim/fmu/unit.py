@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 import platform
+import re
 import zipfile
+from contextlib import suppress
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from rtctl.border.errors import InputError
-from rtctl.border.units.quantities import check_unit_text
+from rtctl.border.units.unit_text import parsed_unit
 
 VERSIONS = ("2.0", "3.0")
 SCALARS = ("Real", "Float64")
@@ -141,24 +143,40 @@ def _channel(variable: Any, description: Any, path: Path, findings: list[str]) -
 
 
 def _unit_of(variable: Any, description: Any, path: Path, findings: list[str]) -> str:
-    """Return the unit of a variable as pint reads it: by its name, else by its SI base units."""
-    named = variable.unit or getattr(variable.declaredType, "unit", None)
+    """Return the unit of a variable as pint reads it; note a finding where it is not known."""
+    text = unit_text(variable, description)
+    if text is None:
+        findings.append(
+            f'{path}: {variable.causality} {variable.name} has the unit "{_named_unit(variable)}", which is not known, '
+            "and the unit does not define it by SI base units"
+        )
+    return text or "dimensionless"
+
+
+def _named_unit(variable: Any) -> str | None:
+    named: str | None = variable.unit or getattr(variable.declaredType, "unit", None)
+    return named
+
+
+def _as_product(modelica: str) -> str:
+    """Return a unit in Modelica's notation, such as `J.K-1` or `m/s2`, with signs of multiplication and powers."""
+    return re.sub(r"([A-Za-z]+)([-+]?\d+)", r"\1^\2", modelica).replace(".", "*").replace("^-", "**-")
+
+
+def unit_text(variable: Any, description: Any) -> str | None:
+    """Return the unit of a variable as pint reads it, by its name, else by its SI base units; None: it is not known."""
+    named = _named_unit(variable)
     if not named:
         return "dimensionless"
-    try:
-        check_unit_text(named)
-        return str(named)
-    except ValueError:
-        pass
+    for text in (named, _as_product(named)):
+        with suppress(ValueError):
+            parsed_unit(text)
+            return text
     base = next((one.baseUnit for one in description.unitDefinitions or () if one.name == named), None)
     if base is not None and base.factor == 1.0 and base.offset == 0.0:
         powers = [f"{word}^{getattr(base, word)}" for word in BASE_UNITS if getattr(base, word)]
         return "*".join(powers) or "dimensionless"
-    findings.append(
-        f'{path}: {variable.causality} {variable.name} has the unit "{named}", which is not known, and the unit does '
-        "not define it by SI base units"
-    )
-    return "dimensionless"
+    return None
 
 
 def _fixed_step_s(description: Any) -> float | None:

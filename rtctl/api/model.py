@@ -84,9 +84,10 @@ class Model:
             tables: dict[str, Any] = model_tables(self.content)["model"]
             return tables
         from rtctl.border.equations.file import EquationsFile
+        from rtctl.border.equations.fmu_file import FmuFile
         from rtctl.border.model_file import ModelFile
 
-        has_units = isinstance(self.content, ModelFile | EquationsFile)
+        has_units = isinstance(self.content, ModelFile | EquationsFile | FmuFile)
         return self.content.model.model_dump(exclude_none=True) if has_units else {}
 
     def __repr__(self) -> str:

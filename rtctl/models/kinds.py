@@ -10,7 +10,9 @@ from rtctl.border.units.quantities import read_toml
 
 
 def model_kind(path: Path) -> str:
-    """`model.kind` of the file. Raises InputError where it is not a text."""
+    """`model.kind` of the file; "fmu" of a functional mock-up unit. Raises InputError where it is not a text."""
+    if path.suffix.lower() == ".fmu":
+        return "fmu"
     tables = read_toml(path)
     check_file_kind(tables, path, "model")
     model = tables.get("model")

@@ -21,7 +21,7 @@ PLANTS = {
         "rtctl.plants.vo2.kind:VO2", "VO2 microactuator that senses itself by its film's resistance"
     ),
     "equations": BuiltIn("rtctl.plants.equations.kind:EQUATIONS", "equations of your own, with units"),
-    "fmu": BuiltIn("rtctl.plants.fmu.kind:FMU", "functional mock-up unit of your own, as a device"),
+    "fmu": BuiltIn("rtctl.plants.fmu.kind:FMU", "functional mock-up unit (FMI 2.0 or 3.0, co-simulation)"),
     "me": BuiltIn("rtctl.plants.me.kind:ME", "magnetoelectric resonator, read by a lock-in amplifier"),
 }
 

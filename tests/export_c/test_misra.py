@@ -35,7 +35,9 @@ def exported(folder: Path, loop: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("loop", [*VO2, "extended observer", "extended composite", "me_amplitude", "piezo_steps"])
+@pytest.mark.parametrize(
+    "loop", [*VO2, "extended observer", "extended composite", "me_amplitude", "piezo_steps"]
+)
 def test_every_deviation_stands_in_the_page(tmp_path: Path, loop: str) -> None:
     if shutil.which("cppcheck") is None:
         pytest.skip("cppcheck missing (Debian: cppcheck)")

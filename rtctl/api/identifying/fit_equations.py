@@ -5,6 +5,7 @@ from __future__ import annotations
 from rtctl.api.identifying.by_runs import provenance_of, summary_of, worst_record_figure
 from rtctl.api.identifying.fit import Fit
 from rtctl.api.model import Model
+from rtctl.border.equations.file import EquationsFile
 from rtctl.border.errors import InputError
 from rtctl.identification.equations.identify import EquationsFit, EquationsFitOptions, identify_equations
 from rtctl.measured.dataset import Dataset
@@ -15,8 +16,8 @@ from rtctl.wiring_models import build_simulation
 SHARES = 1000
 """Steps of the progress bar."""
 NO_MODEL = (
-    "{}: equations are identified from a start model, which says how they look: give its file by --model (model= in "
-    "Python)"
+    "{}: equations and units (FMU) are identified from a start model, which says how they look: give its file by "
+    "--model (model= in Python)"
 )
 
 
@@ -37,17 +38,18 @@ def fit_equations(
             dataset, start.content, build_simulation, options,
             source=source, report=lambda text, share: advance(round(SHARES * share)),
         )  # fmt: skip
+    celsius = describe_celsius(start.content, dataset) if isinstance(start.content, EquationsFile) else ()
     asked = {"starts": options.starts, "seed": options.seed}
     tested = _tested(result, dataset)
     provenance = {**provenance_of(result, dataset, source, asked), "rms_error_test": tested}
     return Fit(
-        model=Model(kind="equations", content=result.model.model_copy(update={"provenance": provenance})),
+        model=Model(kind=start.kind, content=result.model.model_copy(update={"provenance": provenance})),
         dataset=dataset.name,
         method=f"{result.fit.method.replace('_', ' ')}, {result.reason}",
         residual_rms=dict(result.fit.rms),
         units=dict(dataset.units),
         trusted=result.trusted,
-        warnings=(*describe_celsius(start.content, dataset), *result.warnings),
+        warnings=(*celsius, *result.warnings),
         result=result,
         correction=result.correction,
         _summary={**summary_of(result, dataset), "rms_error_test": tested},

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.equations.file import EquationsFile
+from rtctl.border.equations.fmu_file import UserModel
 from rtctl.border.errors import InputError
 from rtctl.border.simulation import Simulation
 from rtctl.identification.equations.starts import make_starts, shoot, trajectory_scales
@@ -48,7 +49,7 @@ HELD = (
     "as in the model file, and the others are right for that; fix the one that you know best (fixed = true), or "
     "measure a further output"
 )
-Build = Callable[[EquationsFile, Mapping[str, str], str], Simulation]
+Build = Callable[[Any, Mapping[str, str], str], Simulation]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,7 +63,7 @@ class EquationsFitOptions(MultiStartOptions):
 class EquationsFit:
     """A model file and the fit behind it."""
 
-    model: EquationsFile
+    model: UserModel
     """Model file without provenance."""
     fit: Fit
     reason: str
@@ -80,7 +81,7 @@ class EquationsFit:
 
 def identify_equations(
     dataset: Dataset,
-    model: EquationsFile,
+    model: UserModel,
     build: Build,
     options: EquationsFitOptions | None = None,
     *,

@@ -39,7 +39,7 @@ def trajectory_scales(simulation: Simulation, records: Sequence[FitRecord]) -> t
         except ValueError:
             continue
         for k, name in enumerate(simulation.state):
-            course = run.outputs[name][0]
+            course = run.outputs[name][0] if name in run.outputs else np.empty(0)
             course = course[np.isfinite(course)]
             if run.diverged_at[0] < 0 and len(course):
                 found[k] = max(found[k], float(np.abs(course).max()))
@@ -76,6 +76,8 @@ def shoot(cost: SegmentCost, values: FloatArray) -> list[FloatArray]:
         values: Parameters (parameters,) to start from.
     """
     simulation, pieces = cost.sensitivity.simulation, []
+    if not set(simulation.state) <= set(simulation.outputs):  # a unit does not show its states
+        return []
     for segment in cost.segments:
         record = segment.record
         length = max(LEAST_PART, (record.samples - record.first) // PARTS)

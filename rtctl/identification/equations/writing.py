@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from rtctl.border.equations.file import EquationsFile
+from typing import Any
+
+from rtctl.border.equations.fmu_file import UserModel
 from rtctl.border.model_file import Value
 from rtctl.identification.fit import Fit
 
 
-def write_fitted(start: EquationsFile, fit: Fit, *, with_errors: bool) -> EquationsFile:
+def write_fitted(start: UserModel, fit: Fit, *, with_errors: bool) -> UserModel:
     """Return `start` with the fitted values, and the fitted start of the first record as `initial`."""
     errors = dict(zip(fit.names, fit.standard_errors.tolist(), strict=True))
     values = {one.name: one.value for one in fit.simulation.parameters}
@@ -18,11 +20,12 @@ def write_fitted(start: EquationsFile, fit: Fit, *, with_errors: bool) -> Equati
         for name, old in start.model.parameters.items()
     }
     first = dict(zip(fit.simulation.state, fit.initial[0].tolist(), strict=True)) if len(fit.initial) else {}
-    states = dict(start.model.states)
+    states: dict[str, Any] = dict(start.model.states)
     for name, value in first.items():
         states[name] = states[name].starting_at(value)
     model = start.model.model_copy(update={"parameters": parameters, "states": states})
-    return start.model_copy(update={"model": model, "provenance": {}})
+    written: UserModel = start.model_copy(update={"model": model, "provenance": {}})
+    return written
 
 
 def _moved(old: Value, value: float, error: float) -> Value:

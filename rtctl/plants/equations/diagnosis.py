@@ -39,7 +39,7 @@ ALONG: tuple[tuple[str, Shape], ...] = (
     ("{}^3", lambda x: x**3),
     ("|{}|", np.abs),
     ("sign {}", lambda x: np.tanh(20.0 * x)),
-    ("d{}", lambda x: _unit(np.gradient(x))),
+    ("d{}", lambda x: unit_course(np.gradient(x))),
 )
 """Forces along a course x, over its size."""
 
@@ -160,7 +160,7 @@ def _push(
 
     base = run(idle)
     courses = [*base[len(outputs) :], *(record.stimulus.inputs[name] for name in inputs)]
-    along = [_unit(course - course.mean()) for course in courses]
+    along = [unit_course(course - course.mean()) for course in courses]
     shapes = [np.ones(record.samples), np.linspace(-1.0, 1.0, record.samples)]
     shapes += [shape(course) for course in along for _, shape in ALONG]
     found = []
@@ -180,7 +180,7 @@ def _push(
     return np.array(found)
 
 
-def _unit(x: FloatArray) -> FloatArray:
+def unit_course(x: FloatArray) -> FloatArray:
     """Return a course over its RMS."""
     return x / (float(np.sqrt(np.mean(x**2))) or 1.0)
 

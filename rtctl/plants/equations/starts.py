@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.equations.file import EquationsFile
+from rtctl.border.equations.fmu_file import UserModel
 from rtctl.identification.fit_record import FitRecord
 
 
 def with_common_start(
-    model: EquationsFile, states: Sequence[str], records: Sequence[FitRecord], starts: Sequence[FloatArray]
-) -> EquationsFile:
+    model: UserModel, states: Sequence[str], records: Sequence[FitRecord], starts: Sequence[FloatArray]
+) -> UserModel:
     """Return a model whose `initial` is the median over the records that state none.
 
     Args:
@@ -22,7 +23,7 @@ def with_common_start(
         records: Fitted records.
         starts: Initial state (states,) of each, in the units of the file.
     """
-    tables = dict(model.model.states)
+    tables: dict[str, Any] = dict(model.model.states)
     for k, name in enumerate(states):
         fitted = [
             float(start[k])
@@ -32,4 +33,5 @@ def with_common_start(
         if not fitted or name not in tables:
             continue
         tables[name] = tables[name].starting_at(float(np.median(fitted)))
-    return model.model_copy(update={"model": model.model.model_copy(update={"states": tables})})
+    moved: UserModel = model.model_copy(update={"model": model.model.model_copy(update={"states": tables})})
+    return moved

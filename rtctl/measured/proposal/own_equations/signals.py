@@ -23,6 +23,8 @@ def read_model_signals(path: Path) -> ModelSignals:
     Raises:
         InputError: There is no such file, or it is no model of a kind that has datasets.
     """
+    if path.suffix.lower() == ".fmu":
+        return _of_device(path, "fmu")
     tables = read_toml(path)
     table = tables.get("model")
     kind = table.get("kind") if isinstance(table, dict) else None
@@ -33,6 +35,8 @@ def read_model_signals(path: Path) -> ModelSignals:
         )
     if not plant_kind(str(kind)).free_signals:
         return ModelSignals(path=path, plant=str(kind))
+    if kind != KIND and plant_kind(str(kind)).device_profile is not None:
+        return _of_device(path, str(kind))
     if kind != KIND:
         raise InputError(
             f'--model {path}: the signals of a model of kind "{kind}" cannot be read from its file; say '
@@ -43,6 +47,17 @@ def read_model_signals(path: Path) -> ModelSignals:
         path=path, plant=KIND,
         inputs={name: one.unit for name, one in model.inputs.items()},
         outputs={name: one.unit for name, one in model.outputs.items()},
+    )  # fmt: skip
+
+
+def _of_device(path: Path, kind: str) -> ModelSignals:
+    """Return the signals of a model whose file names the channels of a device."""
+    record = plant_kind(kind)
+    profile = record.part(record.device_profile)(path)
+    return ModelSignals(
+        path=path, plant=kind,
+        inputs={one.name: one.unit for one in profile.commands},
+        outputs={one.name: one.unit for one in profile.sensed},
     )  # fmt: skip
 
 
