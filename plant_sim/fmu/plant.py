@@ -10,11 +10,13 @@ import math
 import shutil
 import tempfile
 import weakref
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from plant_sim.fmu.unit import Unit, read_unit
+from plant_sim.equations.reading import factor_of
+from plant_sim.fmu.reading import parameters_of, read_fmu_model
+from plant_sim.fmu.unit import Unit, read_unit, unit_text
 from rtctl.border.errors import InputError
 from rtctl.border.records import DeviceProfile, device_profile
 from rtctl.border.units.quantities import read_toml
@@ -27,9 +29,11 @@ SAME = 1e-9
 class FmuPlant:
     """A simulated device (see `plant_sim.plant.Plant`)."""
 
-    def __init__(self, unit: Unit) -> None:
-        """Unpack and start the unit. Raises InputError where it does not start."""
+    def __init__(self, unit: Unit, begin: Mapping[int, float] | None = None) -> None:
+        """Unpack and start the unit, with parameters `begin` by reference. Raises InputError where it does not."""
         import fmpy
+
+        self._begin = dict(begin or {})
 
         self.profile = profile_of(unit)
         self.identity = unit.path.stem.encode("ascii", "replace").decode()[:16]
@@ -56,6 +60,7 @@ class FmuPlant:
             else:
                 self._slave.setupExperiment(startTime=0.0)
                 self._slave.enterInitializationMode()
+            self._put(list(self._begin), list(self._begin.values()))
             self._set(self.safe)
             self._slave.exitInitializationMode()
         except Exception as error:  # the unit's own code: anything
@@ -76,9 +81,11 @@ class FmuPlant:
             _log.warning("%s: %s", self._unit.path, error)
 
     def _set(self, levels: Sequence[float]) -> None:
+        self._put([one.reference for one in self._unit.inputs], [float(one) for one in levels])
+
+    def _put(self, references: list[int], values: list[float]) -> None:
         slave = self._slave
-        references = [one.reference for one in self._unit.inputs]
-        (slave.setFloat64 if self._is_3 else slave.setReal)(references, [float(one) for one in levels])
+        (slave.setFloat64 if self._is_3 else slave.setReal)(references, values)
 
     def advance(self, levels: Sequence[float], dt_s: float) -> None:
         """Hold `levels` (inputs,) for `dt_s` [s]; a unit with a fixed step moves by whole steps and keeps the rest.
@@ -148,12 +155,38 @@ def profile_of(unit: Unit) -> DeviceProfile:
 
 
 def load_plant(path: Path, seed: int | None = None) -> FmuPlant:
-    """Return the device of a unit, or of a plant file whose `plant.file` names one; it has no noise to seed.
+    """Return the device of a unit, of a plant file whose `plant.file` names one, or of a model file with its values.
+
+    It has no noise to seed.
 
     Raises:
         InputError: The unit cannot be a device, or does not start.
     """
-    return FmuPlant(read_unit(unit_file_of(path)))
+    unit = read_unit(unit_file_of(path))
+    return FmuPlant(unit, _values_of(path, unit) if _is_model(path) else None)
+
+
+def _is_model(path: Path) -> bool:
+    return path.suffix.lower() != ".fmu" and "model" in read_toml(path)
+
+
+def _values_of(path: Path, unit: Unit) -> dict[int, float]:
+    """Return the parameters of a model file by reference, in the unit's units. Raises InputError for its mechanisms."""
+    model = read_fmu_model(path).model
+    if model.mechanisms:
+        raise InputError(
+            f"{path}: a unit as a device has no mechanisms beside it, such as {model.mechanisms[0].id}; serve the "
+            "model without [[model.mechanisms]]"
+        )
+    known = {one.name: one for one in parameters_of(unit)}
+    asked = [(name, one.value, one.unit) for name, one in model.parameters.items()]
+    asked += [(one.start, one.initial, one.unit) for one in model.states.values()]
+    return {
+        known[name].valueReference: value
+        * factor_of(text)
+        / factor_of(unit_text(known[name], unit.description) or "")
+        for name, value, text in asked
+    }
 
 
 def read_profile(path: Path) -> DeviceProfile:

@@ -14,6 +14,7 @@ import rtctl
 from plant_sim.equations.model import equations_simulation
 from plant_sim.equations.reading import read_equations
 from plant_sim.equations.simulation import EquationsSimulation
+from plant_sim.fmu.plant import load_plant
 from plant_sim.fmu.reading import read_fmu_model
 from plant_sim.fmu.simulation import FmuSimulation, fmu_simulation
 from plant_sim.fmu.unit import read_unit, unit_text
@@ -22,6 +23,7 @@ from rtctl.border.errors import InputError
 from rtctl.border.simulation import Stimulus
 from rtctl.cli import main
 
+pytest.importorskip("fmpy")
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
 BEAM = """
 [model]
@@ -279,3 +281,16 @@ def test_units_in_modelica_s_notation_are_read(folder: Path) -> None:
     variable = next(one for one in unit.description.modelVariables if one.name == "capacity")
     assert variable.unit == "J.K-1"
     assert unit_text(variable, unit.description) == "J*K**-1"
+
+
+def test_a_model_file_is_served_with_its_values(folder: Path) -> None:
+    path = folder / "fitted.toml"
+    path.write_text(MODEL.replace("value = 0.5", "value = 250.0").replace("W/K", "mW/K"), encoding="utf-8")
+    slow, fast = load_plant(path), load_plant(folder / "heater.toml")
+    for device in (slow, fast):
+        for _ in range(400):
+            device.advance([20.0], 1.0)
+    assert slow.measure()[1] - 295.0 == pytest.approx(2.0 * (fast.measure()[1] - 295.0), rel=0.02)
+    path.write_text(MODEL + '[[model.mechanisms]]\nid = "output.reading.lag"\n', encoding="utf-8")
+    with pytest.raises(InputError, match=r"has no mechanisms beside it, such as output\.reading\.lag"):
+        load_plant(path)

@@ -17,6 +17,7 @@ FMU = PlantKind(
         read="plant_sim.fmu.reading:read_fmu_model",
         write="rtctl.plants.fmu.writing:write_fmu_model",
         simulation="plant_sim.fmu.simulation:fmu_simulation",
+        is_device=True,
     ),
     identification=Identification(
         fit="rtctl.api.identifying.fit_equations:fit_equations",
