@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from rtctl.border.records import ME
-from rtctl.evaluation.setpoint_holds import Hold, hold_error_percent, holds_of, level_rows, settling_ms
+from rtctl.evaluation.setpoint_holds import (
+    SETTLED_PERCENT,
+    Hold,
+    hold_error_percent,
+    holds_of,
+    level_rows,
+    settling_ms,
+)
 
 SETPOINT = np.repeat([1.0, 2.0], 10)
 INDEX = np.arange(20.0)
@@ -60,3 +67,31 @@ def test_a_hold_that_was_cut_short_has_no_row() -> None:
     holds = holds_of(INDEX[:12], SETPOINT[:12], 1e-3, 3e-3)
     signals = dict.fromkeys(("amplitude", "coil_current", "drive_frequency", "setpoint"), SETPOINT[:12])
     assert len(level_rows(signals, ME, holds, lambda means: {})) == 1
+
+
+def test_figures_of_many_holds_are_those_of_a_loop_over_them() -> None:
+    """Oracle: one hold after the other, as the definitions say."""
+    rng = np.random.default_rng(2)
+    for k in range(60):
+        n = int(rng.integers(1, 200))
+        index = np.cumsum(rng.integers(1, 3, n)).astype(np.float64)
+        each = 1 if k % 3 == 0 else int(rng.integers(2, 20))
+        setpoint = np.repeat(rng.choice([-1.0, 0.0, 1.0, 2.0], n), each)[:n]
+        output = setpoint * (1.0 + 0.02 * rng.standard_normal(n)) + 0.01
+        if k % 4 == 0:
+            output[rng.integers(n)] = np.nan
+        settle_s = float(rng.uniform(0.0, 0.05))
+        holds = holds_of(index, setpoint, 1e-3, settle_s)
+        errors, times = [], []
+        for hold in holds:
+            own, rows = setpoint[hold.first], range(hold.first, hold.end)
+            assert set(setpoint[hold.first : hold.end]) == {own}
+            late = [r for r in rows if index[r] >= index[hold.first] + np.ceil(settle_s / 1e-3 - 1e-9)]
+            assert hold.settled == (late[0] if late else hold.end)
+            off = {r: 100.0 * abs(output[r] - own) / own for r in rows if own > 0.0}
+            errors += [off[r] for r in late if own > 0.0 and np.isfinite(output[r])]
+            if own > 0.0 and np.isfinite(output[hold.first : hold.end]).all():
+                outside = [index[r] + 1.0 - index[hold.first] for r in rows if off[r] > SETTLED_PERCENT]
+                times.append(max(outside, default=0.0))
+        assert hold_error_percent(setpoint, output, holds) == (max(errors) if errors else None)
+        assert settling_ms(index, setpoint, output, 1e-3, holds) == (max(times) if times else None)

@@ -10,8 +10,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numba.extending import register_jitable
 
 from rtctl.border.arrays import FloatArray
+from rtctl.border.kernels import kernel
 from rtctl.simulations.vo2.loop_dynamics import Vo2Dynamics
 
 HELD, KEPT, WAITING, FIRST = 0, 1, 2, 3
@@ -56,6 +58,7 @@ def drive_params(dynamics: Vo2Dynamics) -> DriveParams:
     )  # fmt: skip
 
 
+@register_jitable
 def heating_current(memory: FloatArray, command: float, p: DriveParams) -> float:
     """Return the heating current [mA] of a command [mA] that is held from now on; advance the dead band in place."""
     away = command - memory[HELD]
@@ -67,6 +70,7 @@ def heating_current(memory: FloatArray, command: float, p: DriveParams) -> float
     return float(p.gain * taken + p.offset)
 
 
+@register_jitable
 def send(memory: FloatArray, current: float, duration_s: float) -> None:
     """Put a heating current [mA], held for a time [s], behind those that are on their way."""
     last = FIRST + 2 * int(memory[WAITING])
@@ -75,6 +79,7 @@ def send(memory: FloatArray, current: float, duration_s: float) -> None:
     memory[WAITING] += 1.0
 
 
+@register_jitable
 def arrival(memory: FloatArray, left_s: float, shortest_s: float) -> Arrived:
     """Return what arrives next of the currents on their way, for at most `left_s` [s]; take it off in place."""
     current, duration_s = memory[FIRST], min(memory[FIRST + 1], left_s)
@@ -85,6 +90,46 @@ def arrival(memory: FloatArray, left_s: float, shortest_s: float) -> Arrived:
         for k in range(FIRST, FIRST + 2 * int(memory[WAITING])):
             memory[k] = memory[k + 2]
     return Arrived(current, duration_s)
+
+
+# 8 parameters because a kernel takes its arrays one by one
+@kernel
+def fill_pieces(  # noqa: PLR0913
+    memory: FloatArray, levels: FloatArray, elapsed_s: FloatArray, heat: FloatArray, first: int, p: DriveParams,
+    pieces: FloatArray, count: int,
+) -> tuple[int, int]:  # fmt: skip
+    """Put what arrives in the rows from `first` on behind `count` pieces; as `Drive.pieces`, for whole records.
+
+    Args:
+        memory: of the drive, advanced in place.
+        levels: commands (n,) [mA].
+        elapsed_s: how long each is held (n,) [s].
+        heat: heat beside it (n,) [mA^2].
+        first: row to begin with.
+        p: parameters.
+        pieces: row, heating current [mA], duration [s], heat of each held current (m, 4).
+        count: pieces so far.
+
+    Returns:
+        The row before which the memory has no room left, n if all are done; the number of pieces.
+    """
+    for row in range(first, len(levels)):
+        if FIRST + 2 * int(memory[WAITING]) + 2 > memory.size:
+            return row, count
+        current = heating_current(memory, levels[row], p)
+        if elapsed_s[row] > 0.0:
+            send(memory, current, elapsed_s[row])
+        left_s, before = elapsed_s[row], count
+        while left_s > p.shortest_s:
+            piece = arrival(memory, left_s, p.shortest_s)
+            pieces[count, 0], pieces[count, 1] = row, piece.current
+            pieces[count, 2], pieces[count, 3] = piece.duration_s, heat[row]
+            count += 1
+            left_s -= piece.duration_s
+        if count == before:  # nothing goes on: the row is there all the same
+            pieces[count, 0], pieces[count, 1], pieces[count, 2], pieces[count, 3] = row, 0.0, 0.0, heat[row]
+            count += 1
+    return len(levels), count
 
 
 def later(clock: FloatArray, duration_s: float) -> None:
@@ -117,6 +162,22 @@ class Drive:
         """Make room for one more held current on its way."""
         if FIRST + 2 * int(self.memory[WAITING]) + 2 > self.memory.size:
             self.memory = np.concatenate((self.memory, np.zeros(self.memory.size)))
+
+    def all_pieces(self, levels: FloatArray, elapsed_s: FloatArray, heat: FloatArray) -> FloatArray:
+        """Return row, heating current [mA], duration [s] and heat beside it [mA^2] of all held currents (m, 4).
+
+        Args:
+            levels: commands (n,) [mA].
+            elapsed_s: how long each is held (n,) [s].
+            heat: heat beside it (n,) [mA^2].
+        """
+        # each command adds one piece, and each row cuts one in two at most
+        pieces = np.empty((2 * len(levels) + int(self.memory[WAITING]) + 1, 4))
+        row = count = 0
+        while row < len(levels):
+            self.make_room()
+            row, count = fill_pieces(self.memory, levels, elapsed_s, heat, row, self.params, pieces, count)
+        return pieces[:count]
 
     def pieces(self, command: float, elapsed_s: float) -> list[tuple[float, float]]:
         """Return heating currents [mA] and their durations [s] over `elapsed_s` in which `command` [mA] is held."""

@@ -34,20 +34,20 @@ def holds_of(index: FloatArray, setpoint: FloatArray, period_s: float, settle_s:
         period_s: sample period [s].
         settle_s: time after which a hold counts as settled [s].
     """
-    changes = np.flatnonzero(np.diff(setpoint)) + 1
-    edges = [0, *changes.tolist(), len(setpoint)]
-    holds = []
-    for first, end in zip(edges[:-1], edges[1:], strict=True):
-        after = index[first] + math.ceil(settle_s / period_s - 1e-9)
-        settled = first + int(np.searchsorted(index[first:end], after))
-        holds.append(Hold(first, settled, end))
-    return holds
+    edges = np.concatenate(([0], np.flatnonzero(np.diff(setpoint)) + 1, [len(setpoint)]))
+    first, end = edges[:-1], edges[1:]
+    after = index[first] + math.ceil(settle_s / period_s - 1e-9)
+    settled = np.clip(np.searchsorted(index, after), first, end)
+    return [Hold(*one) for one in zip(first.tolist(), settled.tolist(), end.tolist(), strict=True)]
 
 
 def hold_error_percent(setpoint: FloatArray, output: FloatArray, holds: list[Hold]) -> float | None:
     """Return the largest |output - setpoint| of settled samples in percent of the setpoint; None if there is none."""
-    parts = [relative_error(setpoint[h.settled : h.end], output[h.settled : h.end]) for h in holds]
-    errors = np.concatenate(parts) if parts else np.empty(0)
+    edges = np.zeros(len(setpoint) + 1)
+    np.add.at(edges, [one.settled for one in holds], 1.0)
+    np.add.at(edges, [one.end for one in holds], -1.0)
+    settled = np.cumsum(edges[:-1]) > 0.0
+    errors = relative_error(setpoint[settled], output[settled])
     return float(errors.max()) if len(errors) else None
 
 
@@ -72,15 +72,13 @@ def settling_ms(
     Returns:
         None if there is no hold with a setpoint > 0 and an output.
     """
-    times = []
-    for hold in holds:
-        wanted, got = setpoint[hold.first : hold.end], output[hold.first : hold.end]
-        if not (wanted[0] > 0.0 and np.isfinite(got).all()):
-            continue
-        outside = np.flatnonzero(relative_error(wanted, got) > SETTLED_PERCENT)
-        last = index[hold.first + outside[-1]] + 1.0 if len(outside) else index[hold.first]
-        times.append(1e3 * period_s * (last - index[hold.first]))
-    return max(times) if times else None
+    first = np.array([hold.first for hold in holds])
+    scored = (setpoint[first] > 0.0) & np.logical_and.reduceat(np.isfinite(output), first)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        outside = 100.0 * np.abs(output - setpoint) / setpoint > SETTLED_PERCENT
+    last = np.maximum.reduceat(np.where(outside, np.arange(len(setpoint)), -1), first)
+    periods = np.where(last < 0, 0.0, index[last] + 1.0 - index[first])[scored]
+    return float(1e3 * period_s * periods.max()) if len(periods) else None
 
 
 def level_rows(

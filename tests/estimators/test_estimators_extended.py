@@ -202,3 +202,21 @@ def test_every_estimator_of_an_extended_model_has_its_sensor_corrected(kind):
     extended = simulation(sensor__lag={"time_constant": 2e-3}).model
     assert isinstance(ESTIMATORS[kind](extended), CorrectedEstimator)
     assert not isinstance(ESTIMATORS[kind](small_model()), CorrectedEstimator)
+
+
+@pytest.mark.parametrize("delay_s", [0.0, 3.1e-3, 50e-3])
+def test_the_drive_of_a_whole_record_is_that_of_its_samples(delay_s: float) -> None:
+    dynamics = dynamics_of(simulation(actuation__deadband={"width": 0.4}).model)
+    here, there = (Drive(dataclasses.replace(dynamics, delay_s=delay_s)) for _ in range(2))
+    rng, n = np.random.default_rng(1), 2000
+    levels = 8.0 + rng.standard_normal(n).cumsum() * 0.1
+    elapsed_s = np.where(rng.random(n) < 0.02, rng.choice([0.0, 2e-3, 3e-3], n), 1e-3)
+    heat = rng.random(n)
+    for one in (here, there):
+        one.start(2.0)
+    wanted = [
+        (float(row), current, duration_s, heat[row])
+        for row in range(n)
+        for current, duration_s in (here.pieces(levels[row], elapsed_s[row]) or [(0.0, 0.0)])
+    ]
+    assert np.array_equal(there.all_pieces(levels, elapsed_s, heat), np.array(wanted))

@@ -75,16 +75,11 @@ class PathRun:
 
     def run(self, levels: FloatArray, elapsed_s: FloatArray, heat: FloatArray) -> FloatArray:
         """Return ln R, deflection [um] and temperature [mA^2] of each row (3, n)."""
-        pieces = [
-            (float(row), current, duration, warmth)
-            for row, (level, elapsed, warmth) in enumerate(
-                zip(levels.tolist(), elapsed_s.tolist(), heat.tolist(), strict=True)
-            )
-            for current, duration in (self._drive.pieces(level, elapsed) or [(0.0, 0.0)])
-        ]
+        given = (np.ascontiguousarray(one, dtype=np.float64) for one in (levels, elapsed_s, heat))
+        pieces = self._drive.all_pieces(*given)
         found = np.empty((3, len(levels)))
         self._time_s = march(
-            self._x, self._film, self._beam, np.array(pieces).reshape(-1, 4), self._time_s,
+            self._x, self._film, self._beam, pieces, self._time_s,
             self._params, self._r, self._d, found[0], found[1], found[2],
         )  # fmt: skip
         return found
