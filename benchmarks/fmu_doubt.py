@@ -1,6 +1,7 @@
 """Units as models beside data of devices that have an effect more: what the diagnosis says.
 
 python benchmarks/fmu_doubt.py [--effects NAME ...]
+python benchmarks/fmu_doubt.py --speed          time of a run beside the same equations compiled
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ import argparse
 import os
 import sys
 import tempfile
+import time
 from pathlib import Path
 from typing import Any
 
@@ -65,7 +67,11 @@ def main() -> None:
     """Print a table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--effects", nargs="+", choices=tuple(EFFECTS), default=tuple(EFFECTS))
+    parser.add_argument("--speed", action="store_true")
     args = parser.parse_args()
+    if args.speed:
+        speed()
+        return
     print("| hidden | verdict | causes | error on the test record | processor time, s |")
     print("|---|---|---|---|---|")
     for effect in args.effects:
@@ -86,6 +92,34 @@ def _error(gain: Any) -> str:
     if gain is None:
         return "–"
     return f"{gain.before:.3g} to {gain.after:.3g} {gain.unit} (noise {gain.noise_floor:.3g})"
+
+
+def speed() -> None:
+    """Print how long a run takes, unit and equations in turns, least of 30."""
+    from rtctl.border.simulation import Stimulus
+    from rtctl.wiring_models import build_simulation, read_model
+
+    stimulus = Stimulus(inputs={"force": multisine(1, 0.5)}, holds={"force": "zero"}, period_s=PERIOD_S)
+    with tempfile.TemporaryDirectory() as place:
+        beam(Path(place), "nothing")
+        simulations = [
+            build_simulation(read_model(Path(place) / name, kind), {"force": "N", "place": "mm"}, name, kind)
+            for name, kind in (("beam.fmu", "fmu"), ("beam.toml", "equations"))
+        ]
+        values = [np.array([one.value for one in simulation.parameters]) for simulation in simulations]
+        found = [
+            simulation.predict(stimulus, own).outputs["place"]
+            for simulation, own in zip(simulations, values, strict=True)
+        ]
+        least = [np.inf, np.inf]
+        for _ in range(30):
+            for k, (simulation, own) in enumerate(zip(simulations, values, strict=True)):
+                begin = time.perf_counter()
+                simulation.predict(stimulus, own)
+                least[k] = min(least[k], time.perf_counter() - begin)
+    apart = np.abs(found[0] - found[1]).max() / np.ptp(found[1])
+    print(f"unit {1e3 * least[0]:.2f} ms, equations {1e3 * least[1]:.2f} ms: {least[0] / least[1]:.2f} times")
+    print(f"largest difference {apart:.2g} of the range")
 
 
 def heater(folder: Path) -> tuple[Path, Path]:
