@@ -8,6 +8,7 @@ from vo2_model_cases import small_model
 
 from rtctl.doubt.belief import Rows
 from rtctl.plants.vo2.explaining import Taken, explain
+from rtctl.plants.vo2.free_run import Vo2Belief
 from rtctl.plants.vo2.path_run import PathRun
 from rtctl.simulations.vo2.loop_dynamics import loop_dynamics
 
@@ -28,3 +29,20 @@ def test_a_loss_of_gain_is_named_and_sized(late: int) -> None:
     assert best.id == "sensor.gain"
     assert best.size == pytest.approx(-0.1, abs=0.02)
     assert best.cost < 0.1 * nothing.cost
+
+
+def test_what_moves_no_beam_says_nothing_about_the_reference() -> None:
+    """Two copies that differ by rounding are one: along their difference any residual would look like something."""
+    model, n = small_model(), 400
+    levels = 6.3 + 1.4 * np.sin(0.05 * np.arange(n, dtype=np.float64))
+    belief = Vo2Belief(model)
+    belief.start(3.7)
+    sensed = np.full(n, 5e4)
+    seen = belief.predict(Rows(np.arange(n), levels, np.full(n, 0.01), sensed, np.zeros(n), np.zeros(n)))
+    moved = dict(
+        zip([one.id for one in belief.directions], np.abs(seen.output_answers).max(axis=0), strict=True)
+    )
+    read = dict(zip([one.id for one in belief.directions], np.abs(seen.answers).max(axis=0), strict=True))
+    assert moved["sensor.lag"] == moved["sensor.gain"] == 0.0
+    assert all(moved[name] > 0.0 for name in moved if not name.startswith("sensor."))
+    assert all(read[name] > 0.0 for name in read)

@@ -63,6 +63,8 @@ def copies_of(model: Vo2Model) -> dict[str, Copy]:
     return found
 
 
+ROUNDING = 1e-10
+"""Share of a course below which two copies of it are the same: a lag of the sensor moves no beam."""
 UNITS = {
     "thermal.ambient_drift": "mA^2", "input.gain_drift": "", "actuation.delay": "s", "sensor.lag": "s",
     "hysteresis.rate_dependence": "s", "thermal.second_time_constant": "", "sensor.gain": "",
@@ -107,8 +109,8 @@ class Vo2Belief:
         motion = np.stack([np.sqrt(np.maximum(warm, 0.0)) / width, reading / self._log_width], axis=1)
         return Predicted(
             log_of(rows.sensed) - reading - aged, reading, output, motion,
-            np.stack([*((one[0] - reading) / size for one, size in pairs), still + 1.0], axis=1),
-            np.stack([*((one[1] - output) / size for one, size in pairs), still], axis=1),
+            np.stack([*(_answer(one[0], reading, size) for one, size in pairs), still + 1.0], axis=1),
+            np.stack([*(_answer(one[1], output, size) for one, size in pairs), still], axis=1),
         )  # fmt: skip
 
     def explain(self, rows: Rows, onset: int, before: tuple[float, float]) -> list[Named]:
@@ -121,6 +123,14 @@ class Vo2Belief:
         """See `Belief`."""
         if self._taken is not None:
             self._taken.take(named, sample)
+
+
+def _answer(changed: FloatArray, course: FloatArray, size: float) -> FloatArray:
+    """Return what a change of `size` does to a course (n,), per unit; 0 where the two differ by rounding alone."""
+    apart = changed - course
+    if np.abs(apart).max(initial=0.0) <= ROUNDING * np.abs(course).max(initial=0.0):
+        return np.zeros_like(course)
+    return apart / size
 
 
 def log_of(resistance: FloatArray) -> FloatArray:
