@@ -82,7 +82,9 @@ def main() -> None:
     )
     parser.add_argument("part", choices=["unchanged", "changed", "foreign", "retuned"])
     parser.add_argument("--minutes", type=float, default=5.0)
-    parser.add_argument("--noise", type=int, default=7100, help="of part unchanged: seed of the first scenario")
+    parser.add_argument(
+        "--noise", type=int, default=7100, help="of part unchanged: seed of the first scenario"
+    )
     parser.add_argument("--seeds", type=int, nargs="+", default=[901, 902])
     parser.add_argument("--reference", action="store_true", help="use the reference instrument as well")
     parser.add_argument("--devices", nargs="+", default=list(DEVICES))

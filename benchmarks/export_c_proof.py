@@ -41,7 +41,9 @@ def main() -> None:
     print("|---|---|---|---|---|---|---|")
     for estimator in args.estimators:
         name = "steps" if estimator in VO2 else "me_amplitude" if estimator == "lock_in" else estimator
-        settings = {"controller.feedforward": "inverse", "estimator.kind": estimator} if estimator in VO2 else {}
+        settings = (
+            {"controller.feedforward": "inverse", "estimator.kind": estimator} if estimator in VO2 else {}
+        )
         file = args.model if estimator in VO2 else None
         loaded = load_scenario(name, settings)
         exported = translated(law_of(loaded.scenario, model_of(loaded.scenario, loaded.folder, file)))

@@ -84,7 +84,8 @@ def main() -> None:
             spent = os.times().user - before
         causes = "; ".join(one.statement for one in found.causes) or "–"
         print(
-            f"| {EFFECTS[effect]} | `{found.verdict}` | {causes} | {_error(found.gain)} | {spent:.0f} |", flush=True
+            f"| {EFFECTS[effect]} | `{found.verdict}` | {causes} | {_error(found.gain)} | {spent:.0f} |",
+            flush=True,
         )
 
 
