@@ -85,6 +85,9 @@ def main() -> None:
     parser.add_argument(
         "--noise", type=int, default=7100, help="of part unchanged: seed of the first scenario"
     )
+    parser.add_argument(
+        "--round", type=int, default=0, help="of parts changed and retuned: other cases, other noise"
+    )
     parser.add_argument("--seeds", type=int, nargs="+", default=[901, 902])
     parser.add_argument("--reference", action="store_true", help="use the reference instrument as well")
     parser.add_argument("--devices", nargs="+", default=list(DEVICES))
@@ -146,13 +149,13 @@ def changed(args: argparse.Namespace) -> None:
     rows = []
     for k in range(len(args.devices)):
         for number, change in enumerate(CHANGES):
-            device = args.devices[(number + k) % len(args.devices)]
-            scenario = SCENARIOS[(number + 2 * k) % len(SCENARIOS)]
-            at_s = 16.0 + (7 * number + 3 * k) % 9
-            folder = args.out / f"changed-{k}-{change}"
+            device = args.devices[(number + k + args.round) % len(args.devices)]
+            scenario = SCENARIOS[(number + 2 * k + args.round) % len(SCENARIOS)]
+            at_s = 16.0 + (7 * number + 3 * k + 2 * args.round) % 9
+            folder = args.out / f"changed-{args.round}-{k}-{change}"
             settings = [
                 f"driver.device={changing(folder, device, CHANGES[change], at_s)}",
-                f"driver.seed={7300 + 10 * number + k}",
+                f"driver.seed={7300 + 10 * number + k + 10_000 * args.round}",
                 "scenario.duration=40 s",
             ]
             played(folder, scenario, model_of(device, args.out), settings)
@@ -169,11 +172,12 @@ def retuned(args: argparse.Namespace) -> None:
             number = names.index(change)
             for policy in args.policies:
                 folder = (
-                    args.out / f"retuned-{device}-{change}-{policy}{'-reference' if args.reference else ''}"
+                    args.out
+                    / f"retuned-{args.round}-{device}-{change}-{policy}{'-reference' if args.reference else ''}"
                 )
                 settings = [
                     f"driver.device={changing(folder, device, RETUNED[change], CHANGED_S)}",
-                    f"driver.seed={7700 + 10 * number + k}",
+                    f"driver.seed={7700 + 10 * number + k + 10_000 * args.round}",
                     "scenario.duration=36 s",
                 ]
                 if not (folder / "summary.json").is_file():

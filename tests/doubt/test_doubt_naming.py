@@ -14,18 +14,23 @@ from rtctl.simulations.vo2.loop_dynamics import loop_dynamics
 
 
 @pytest.mark.parametrize("late", [0, 90], ids=["at the onset", "most of a second later"])
-def test_a_loss_of_gain_is_named_and_sized(late: int) -> None:
-    n, onset, period_s = 1200, 600, 0.01
-    model, k = small_model(), np.arange(1200, dtype=np.float64)
+@pytest.mark.parametrize(
+    "off_um", [np.nan, 0.7], ids=["by the reading", "beside a reference with another past"]
+)
+def test_a_loss_of_gain_is_named_and_sized(late: int, off_um: float) -> None:
+    n, onset, period_s = 1800, 1000, 0.01
+    model, k = small_model(), np.arange(n, dtype=np.float64)
     levels = 6.3 + 1.4 * np.sin(2.0 * np.pi * 0.01 * k) + 0.5 * np.sin(2.0 * np.pi * 0.073 * k)
     path = PathRun(model, loop_dynamics(model))
     path.start(3.7)
     log_read, bent, _ = path.run(levels, np.full(n, period_s), np.zeros(n))
     noise = 1e-3 * np.random.default_rng(5).standard_normal(n)
     sensed = np.exp(log_read + noise) * np.where(k < onset + late, 1.0, 0.9)
-    rows = Rows(k, levels, np.full(n, period_s), sensed, np.full(n, np.nan), bent)
+    seen = bent + off_um + 0.05 * np.random.default_rng(6).standard_normal(n)
+    rows = Rows(k, levels, np.full(n, period_s), sensed, seen, bent)
     taken = Taken(loop_dynamics(model), period_s)
-    nothing, best, *_ = explain(model, rows, onset, (1e-4, np.nan), taken)
+    before = (1e-4, np.nan if np.isnan(off_um) else 0.05**2)
+    nothing, best, *_ = explain(model, rows, onset, before, taken)
     assert best.id == "sensor.gain"
     assert best.size == pytest.approx(-0.1, abs=0.02)
     assert best.cost < 0.1 * nothing.cost

@@ -91,11 +91,12 @@ class Trial:
         self.judged = onset + min(uncertain, (len(rows.levels) - onset) // 3)
         """First row that counts: the onset is known to a window, in which a step that is right may not have begun."""
         self.after: FloatArray = (np.arange(len(rows.levels)) >= onset).astype(np.float64)
-        self.heat = 0.0
+        self.heat, self.offset = 0.0, 0.0
         self._warmth, self._aged = taken.courses(rows)
         self.log_read = self.log_read - self._aged
         self._take_heat()
         self.base = self.run(dynamics)
+        self._take_offset()
 
     def _take_heat(self) -> None:
         """Take the heat [mA^2] that fits the rows before the onset: what the room differed by before is no change."""
@@ -109,6 +110,16 @@ class Trial:
             self.heat = float(answer @ off) / size
             left = float(np.mean((off - self.heat * answer) ** 2))
             self.before = (max(left, LEAST_SHARE * self.before[0]), self.before[1])
+
+    def _take_offset(self) -> None:
+        """Take what the reference [um] differed by before the onset: the run begins cold, the beam did not."""
+        before = slice(self.onset // 3, self.onset)
+        off = (self.rows.reference - self.base[1])[before]
+        off = off[np.isfinite(off)]
+        if len(off) < LEAST_ROWS or not math.isfinite(self.before[1]):
+            return
+        self.offset = float(off.mean())
+        self.before = (self.before[0], max(float(off.var()), LEAST_SHARE * self.before[1]))
 
     def run(
         self, dynamics: Vo2Dynamics, levels: FloatArray | None = None, heat: FloatArray | None = None
@@ -125,7 +136,7 @@ class Trial:
         k = self.judged
         off = self.log_read[k:] - found[0, k:] - (0.0 if read is None else read[k:])
         cost = float(np.nanmean(off * off)) / self.before[0]
-        bent = self.rows.reference[k:] - found[1, k:]
+        bent = self.rows.reference[k:] - found[1, k:] - self.offset
         if np.isfinite(bent).any() and math.isfinite(self.before[1]):
             cost = 0.5 * (cost + float(np.nanmean(bent * bent)) / self.before[1])
         return cost
