@@ -14,8 +14,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from plant_sim.equations.reading import factor_of
-from plant_sim.fmu.reading import parameters_of, read_fmu_model
+from plant_sim.fmu.reading import parameters_of, ratio, read_fmu_model
 from plant_sim.fmu.unit import Unit, read_unit, unit_text
 from rtctl.border.errors import InputError
 from rtctl.border.records import DeviceProfile, device_profile
@@ -183,8 +182,7 @@ def _values_of(path: Path, unit: Unit) -> dict[int, float]:
     asked += [(one.start, one.initial, one.unit) for one in model.states.values()]
     return {
         known[name].valueReference: value
-        * factor_of(text)
-        / factor_of(unit_text(known[name], unit.description) or "")
+        * ratio(text, unit_text(known[name], unit.description) or "dimensionless")
         for name, value, text in asked
     }
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from plant_sim.equations.reading import factor_of
 from plant_sim.fmu.unit import SCALARS, Unit, read_unit, unit_text
 from rtctl.border.equations.fmu_file import KIND, FmuFile, FmuTable, StartTable
 from rtctl.border.errors import InputError, nearest
@@ -56,6 +57,15 @@ def whole_unit(unit: Unit) -> FmuFile:
         parameters[one.name] = Value(value=value, unit=text, low=low, high=high)
     table = FmuTable(kind=KIND, file=str(unit.path.resolve()), parameters=parameters, states=states)
     return FmuFile(model=table)
+
+
+def ratio(unit: str, other: str) -> float:
+    """Return how many of the `other` unit one `unit` is; 1 where they are the same, whatever their zero means.
+
+    Raises:
+        ValueError: One of two different units has its zero elsewhere, as degC has.
+    """
+    return 1.0 if unit == other else factor_of(unit) / factor_of(other)
 
 
 def parameters_of(unit: Unit) -> list[Any]:

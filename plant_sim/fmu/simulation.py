@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -22,7 +23,7 @@ from plant_sim.equations.reading import factor_of
 from plant_sim.equations.simulation import ABSURD, EquationsSimulation
 from plant_sim.equations.system import Constant, Input, Output, State, System
 from plant_sim.fmu.mechanisms import unit_mechanisms
-from plant_sim.fmu.reading import parameters_of
+from plant_sim.fmu.reading import ratio
 from plant_sim.fmu.running import Course, UnitRuns, runs_of
 from plant_sim.fmu.unit import unit_text
 from rtctl.border.arrays import FloatArray
@@ -113,53 +114,49 @@ def fmu_simulation(model: FmuFile, units: Mapping[str, str], source: str) -> Fmu
         InputError: The unit does not start, or its signals are not those of the data; it names `source`.
     """
     runs = runs_of(Path(model.model.file))
-    unit = runs.unit
     try:
         system = _system_of(model, runs)
+        problems = signal_problems(system, units)
+        if problems:
+            raise InputError("\n".join(f"{source}: {text}" for text in problems))
+        plain = _bound(model, runs, system, units)
     except ValueError as error:
         raise InputError(f"{source}: {error}") from None
-    problems = signal_problems(system, units)
-    if problems:
-        raise InputError("\n".join(f"{source}: {text}" for text in problems))
-    known = {one.name: one for one in parameters_of(unit)}
-    variables = {one.name: one for one in unit.description.modelVariables}
-    asked = {name: name for name in model.model.parameters}
-    asked |= {name: one.start for name, one in model.model.states.items()}
-    own = {name: factor_of(unit_text(known[there], unit.description) or "") for name, there in asked.items()}
-    declared = {one.name: one.factor for one in system.parameters}
-    declared |= {one.name: one.factor for one in system.states}
-    plain = FmuSimulation(
-        system=system,
-        parameters=tuple(free_parameter(one) for one in system.parameters),
-        input_factors=np.array([factor_of(units[one.name]) / one.factor for one in system.inputs]),
-        output_factors=np.array(
-            [factor_of(units.get(one.name, one.unit)) / one.factor for one in system.outputs]
-        ),
-        units=dict(units),
-        runs=runs,
-        seen={
-            name: variables[one.variable].valueReference
-            for name, one in model.model.states.items()
-            if one.variable
-        },
-        seen_factors={
-            name: declared[name] / factor_of(unit_text(variables[one.variable], unit.description) or "")
-            for name, one in model.model.states.items()
-            if one.variable
-        },
-        references={name: known[there].valueReference for name, there in asked.items()},
-        tunable=tuple(name for name in model.model.parameters if known[name].variability == "tunable"),
-        parameter_factors={name: declared[name] / factor for name, factor in own.items()},
-    )
     found: FmuSimulation = with_mechanisms(plain, model.model.mechanisms, source)  # type: ignore[assignment]
     return found
 
 
+def _bound(model: FmuFile, runs: UnitRuns, system: System, units: Mapping[str, str]) -> FmuSimulation:
+    """Return the simulation without mechanisms. Raises ValueError for units that cannot be converted."""
+    unit, table = runs.unit, model.model
+    variables = {one.name: one for one in unit.description.modelVariables}
+    asked = {name: (variables[name], one.unit) for name, one in table.parameters.items()}
+    asked |= {name: (variables[one.start], one.unit) for name, one in table.states.items()}
+    seen = {name: variables[one.variable] for name, one in table.states.items() if one.variable}
+
+    def there(variable: Any) -> str:
+        return unit_text(variable, unit.description) or "dimensionless"
+
+    return FmuSimulation(
+        system=system,
+        parameters=tuple(free_parameter(one) for one in system.parameters),
+        input_factors=np.array([ratio(units[one.name], one.unit) for one in system.inputs]),
+        output_factors=np.array([ratio(units.get(one.name, one.unit), one.unit) for one in system.outputs]),
+        units=dict(units),
+        runs=runs,
+        seen={name: one.valueReference for name, one in seen.items()},
+        seen_factors={name: ratio(table.states[name].unit, there(one)) for name, one in seen.items()},
+        references={name: one.valueReference for name, (one, _) in asked.items()},
+        tunable=tuple(name for name in table.parameters if variables[name].variability == "tunable"),
+        parameter_factors={name: ratio(text, there(one)) for name, (one, text) in asked.items()},
+    )
+
+
 def _system_of(model: FmuFile, runs: UnitRuns) -> System:
-    """Return the channels and parameters of a unit. Raises ValueError for a unit whose zero means something."""
+    """Return the channels and parameters of a unit, in their own units; a state whose zero means something raises."""
     unit = runs.unit
     return System(
-        inputs=tuple(Input(name=one.name, unit=one.unit, factor=factor_of(one.unit)) for one in unit.inputs),
+        inputs=tuple(Input(name=one.name, unit=one.unit, factor=1.0) for one in unit.inputs),
         states=tuple(
             State(
                 name=name, unit=one.unit, factor=factor_of(one.unit), rate=CHANNEL,
@@ -168,11 +165,11 @@ def _system_of(model: FmuFile, runs: UnitRuns) -> System:
             for name, one in model.model.states.items()
         ),
         outputs=tuple(
-            Output(name=one.name, unit=one.unit, factor=factor_of(one.unit), value=CHANNEL) for one in unit.outputs
+            Output(name=one.name, unit=one.unit, factor=1.0, value=CHANNEL) for one in unit.outputs
         ),
         parameters=tuple(
             Constant(
-                name=name, unit=one.unit, factor=factor_of(one.unit), value=one.value, fixed=one.fixed,
+                name=name, unit=one.unit, factor=1.0, value=one.value, fixed=one.fixed,
                 low=-np.inf if one.low is None else one.low, high=np.inf if one.high is None else one.high,
             )
             for name, one in model.model.parameters.items()

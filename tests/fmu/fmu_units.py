@@ -15,6 +15,7 @@ DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
   <CoSimulation modelIdentifier="heater" canHandleVariableCommunicationStepSize="false"/>
   <UnitDefinitions>
     <Unit name="K"><BaseUnit K="1"/></Unit>
+    <Unit name="degC"><BaseUnit K="1" offset="273.15"/></Unit>
     <Unit name="W"><BaseUnit kg="1" m="2" s="-3"/></Unit>
     <Unit name="J.K-1"><BaseUnit kg="1" m="2" s="-2" K="-1"/></Unit>
     <Unit name="W/K"><BaseUnit kg="1" m="2" s="-3" K="-1"/></Unit>

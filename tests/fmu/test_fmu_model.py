@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import shutil
+import zipfile
 from pathlib import Path
 from threading import Thread
 
 import numpy as np
 import pytest
-from fmu_units import MODEL, PERIOD_S, heater_course, write_heater, write_heater_data
+from fmu_units import DESCRIPTION, MODEL, PERIOD_S, heater_course, write_heater, write_heater_data
 
 import rtctl
 from plant_sim.equations.model import equations_simulation
@@ -294,3 +295,19 @@ def test_a_model_file_is_served_with_its_values(folder: Path) -> None:
     path.write_text(MODEL + '[[model.mechanisms]]\nid = "output.reading.lag"\n', encoding="utf-8")
     with pytest.raises(InputError, match=r"has no mechanisms beside it, such as output\.reading\.lag"):
         load_plant(path)
+
+
+def test_units_whose_zero_lies_elsewhere_are_taken_as_they_are_or_refused(
+    folder: Path, tmp_path: Path
+) -> None:
+    shutil.copy(folder / "heater.so", tmp_path)
+    celsius = DESCRIPTION.replace('<Real unit="K"/>', '<Real unit="degC"/>')
+    with zipfile.ZipFile(tmp_path / "heater.fmu", "w") as archive:
+        archive.writestr("modelDescription.xml", celsius)
+        archive.write(tmp_path / "heater.so", "binaries/linux64/heater.so")
+    model = read_fmu_model(tmp_path / "heater.fmu")
+    unit = fmu_simulation(model, {"power": "W", "reading": "degC"}, "heater")
+    stimulus = Stimulus(inputs={"power": np.zeros(5)}, holds={"power": "zero"}, period_s=PERIOD_S)
+    assert unit.predict(stimulus, values_of(unit)).outputs["reading"][0, 0] == 295.0
+    with pytest.raises(InputError, match=r"heater: .*zero elsewhere; take K"):
+        fmu_simulation(model, {"power": "W", "reading": "K"}, "heater")
