@@ -27,6 +27,7 @@ class UnitChannel:
     """An input or an output of a unit."""
 
     name: str
+    """Its name there, with _ for what no name of a signal may have: `bus.u[1]` is `bus_u_1`."""
     unit: str
     reference: int
     low: float = -WIDEST
@@ -137,8 +138,8 @@ def _channel(variable: Any, description: Any, path: Path, findings: list[str]) -
     )
     start = float(variable.start) if variable.start not in (None, "") else 0.0
     return UnitChannel(
-        name=variable.name, unit=_unit_of(variable, description, path, findings), reference=variable.valueReference,
-        low=low, high=high, start=min(max(start, low), high),
+        name=re.sub(r"\W+", "_", variable.name).strip("_"), reference=variable.valueReference,
+        unit=_unit_of(variable, description, path, findings), low=low, high=high, start=min(max(start, low), high),
     )  # fmt: skip
 
 
@@ -160,7 +161,9 @@ def _named_unit(variable: Any) -> str | None:
 
 def _as_product(modelica: str) -> str:
     """Return a unit in Modelica's notation, such as `J.K-1` or `m/s2`, with signs of multiplication and powers."""
-    return re.sub(r"([A-Za-z]+)([-+]?\d+)", r"\1^\2", modelica).replace(".", "*").replace("^-", "**-")
+    powers = re.sub(r"([A-Za-z]+)([-+]?\d+)", r"\1^\2", modelica)
+    over = re.sub(r"(^|\.)([A-Za-z]+)\^-(\d+)", lambda found: f"/{found[2]}^{found[3]}", powers)
+    return re.sub(r"\^1\b", "", f"1{over}" if over.startswith("/") else over).replace(".", "*")
 
 
 def unit_text(variable: Any, description: Any) -> str | None:

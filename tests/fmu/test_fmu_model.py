@@ -6,6 +6,7 @@ import shutil
 import zipfile
 from pathlib import Path
 from threading import Thread
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -281,7 +282,30 @@ def test_units_in_modelica_s_notation_are_read(folder: Path) -> None:
     unit = read_unit(folder / "heater.fmu")
     variable = next(one for one in unit.description.modelVariables if one.name == "capacity")
     assert variable.unit == "J.K-1"
-    assert unit_text(variable, unit.description) == "J*K**-1"
+    assert unit_text(variable, unit.description) == "J/K"
+    written = {
+        "m/s2": "m/s^2",
+        "kg.m2": "kg*m^2",
+        "W/(m2.K)": "W/(m^2*K)",
+        "s-1": "1/s",
+        "N.m.A-1": "N*m/A",
+        "Pa.s": "Pa.s",
+    }
+    for modelica, text in written.items():
+        assert unit_text(SimpleNamespace(unit=modelica, declaredType=None), unit.description) == text
+
+
+def test_names_that_no_signal_may_have_are_written_otherwise(folder: Path, tmp_path: Path) -> None:
+    shutil.copy(folder / "heater.so", tmp_path)
+    dotted = DESCRIPTION.replace('name="power"', 'name="bus.u[1]"').replace('name="loss"', 'name="wall.G"')
+    with zipfile.ZipFile(tmp_path / "heater.fmu", "w") as archive:
+        archive.writestr("modelDescription.xml", dotted)
+        archive.write(tmp_path / "heater.so", "binaries/linux64/heater.so")
+    model = rtctl.read_model(tmp_path / "heater.fmu")
+    again = rtctl.read_model(model.save(tmp_path / "model.toml"))
+    assert "wall.G" in again.parameters
+    unit = fmu_simulation(again.content, {"bus_u_1": "W", "reading": "K"}, "heater")
+    assert {"input.bus_u_1.delay", "output.reading.lag"} <= set(unit.catalogue)
 
 
 def test_a_model_file_is_served_with_its_values(folder: Path) -> None:
