@@ -31,8 +31,11 @@ LEAST_ROWS, LEAST_SHARE = 500, 0.1
 PROBE_MA2 = 0.1
 UNCERTAIN_S = 1.0
 """How late after its onset a change may really have begun [s]: a window of the watch."""
+SECOND = "thermal.second_time_constant"
 SECOND_TIMES = (3.0, 6.0, 12.0)
-"""Time constants of a second part over the first that are tried."""
+"""Time constants of a second part over the first that are tried first."""
+SPREAD, SHAPES, MOST_SHARE = 1.6, 5, 0.9
+"""Factor by which a time constant is moved at first, how often, and the largest share of a second part."""
 
 
 class Taken:
@@ -175,7 +178,31 @@ def explain(
     best: dict[str, Named] = {}
     for one in sorted(found, key=lambda one: one.cost):
         best.setdefault(one.id, one)
-    return [nothing, *best.values()]
+    if SECOND in best:
+        best[SECOND] = _reshaped(trial, dynamics, best[SECOND])
+    return [nothing, *sorted(best.values(), key=lambda one: one.cost)]
+
+
+def _reshaped(trial: Trial, own: Vo2Dynamics, one: Named) -> Named:
+    """Return a second part of the heat with the share and the time constant that leave the least, near those found.
+
+    A pattern search: the time constant is moved by a factor, with its share as it is or with the same product of both.
+    """
+    factor = SPREAD
+    for _ in range(SHAPES):
+        tried = [
+            (tau_s, share)
+            for tau_s in (one.shape / factor, one.shape * factor)
+            for share in (one.size, one.size * one.shape / tau_s)
+            if share < 1.0
+        ]
+        tried += [(one.shape, one.size / factor), (one.shape, min(one.size * factor, MOST_SHARE))]
+        for tau_s, share in tried:
+            cause = second_part(own, tau_s)
+            if (cost := cause.cost(trial, share)) < one.cost:
+                one = Named(cause.id, cause.tells(share), share, cause.unit, cost, tau_s)
+        factor = math.sqrt(factor)
+    return one
 
 
 def _refined(trial: Trial, cause: Cause, costs: list[float]) -> Named:
@@ -207,11 +234,6 @@ def causes_of(own: Vo2Dynamics) -> list[Cause]:
 
     def domains(t: Trial, s: float) -> float:
         return t.cost(t.run(replace(own, balance=balance._replace(lag_s=balance.lag_s + max(s, 0.0)))))
-
-    def second(times: float) -> Callable[[Trial, float], float]:
-        return lambda t, s: t.cost(
-            t.run(replace(own, balance=balance._replace(share=s, second_time_constant_s=times * tau_s)))
-        )
 
     def warming(t: Trial, s: float) -> float:
         return t.cost(t.run(own, heat=s * t.since_s))
@@ -246,9 +268,18 @@ def causes_of(own: Vo2Dynamics) -> list[Cause]:
               _both(10.0, 40.0, 150.0, 500.0), leaking),
     ]  # fmt: skip
     if balance.share == 0.0:
-        found += [
-            Cause("thermal.second_time_constant", f"{{percent:.2g}} % of the heat follows in {1e3 * n * tau_s:.2g} ms",
-                  "", (-0.2, -0.05, 0.05, 0.15, 0.3, 0.5), second(n), n * tau_s)
-            for n in SECOND_TIMES
-        ]  # fmt: skip
+        found += [second_part(own, times * tau_s) for times in SECOND_TIMES]
     return found
+
+
+def second_part(own: Vo2Dynamics, tau_s: float) -> Cause:
+    """Return the cause that a share of the heat follows with a second time constant [s]."""
+
+    def cost(t: Trial, share: float) -> float:
+        balance = own.balance._replace(share=share, second_time_constant_s=tau_s)
+        return t.cost(t.run(replace(own, balance=balance)))
+
+    return Cause(
+        SECOND, f"{{percent:.2g}} % of the heat follows in {1e3 * tau_s:.2g} ms", "",
+        (-0.2, -0.05, 0.05, 0.15, 0.3, 0.5), cost, tau_s,
+    )  # fmt: skip
