@@ -91,7 +91,7 @@ def write_heater_data(folder: Path, late_s: float) -> Path:
     lines.append('[signals.reading]\nrole = "output"\ncolumn = "T"\nunit = "K"\n')
     rng = np.random.default_rng(3)
     for k, use in enumerate(("fit", "fit", "test")):
-        levels = rng.uniform(0.0, 40.0, 12)
+        levels = rng.uniform(0.0, 40.0, 8)
         levels[0] = 0.0
         power = np.repeat(levels, 50)
         reading = heater_course(power, late_s=late_s) + 0.02 * rng.standard_normal(len(power))

@@ -35,7 +35,7 @@ def test_what_is_known_is_listed_once(oscillator: Write) -> None:
         ((RATE, RATE + "\nignore_frist = 3"), '"records.0.ignore_frist"; did you mean "ignore_first"?'),
         (('unit = "mm"', 'unit = "mm"\nhodl = "zero"'), '"signals.displacement.hodl"; did you mean "hold"?'),
         (('name = "shaker run 7"', ""), 'key "dataset.name" is missing'),
-        (('"oscillator"', '"oscilator"'), "'oscilator' is not one of oscillator, vo2, equations; did"),
+        (('"oscillator"', '"oscilator"'), "'oscilator' is not one of oscillator, vo2, equations, fmu; did"),
         (('role = "input"', 'role = "inptu"'), "'inptu' is not one of input, output; did you mean"),
         (('role = "input"', 'role = "output"'), 'key "signals.drive.role": "drive" of a plant'),
         (('role = "input"', 'role = "input"\nhold = "zoh"'), "'zoh' is not one of linear, zero"),
