@@ -106,15 +106,7 @@ class EquationsSimulation:
         refine: int = 1,
     ) -> Prediction:
         """See `Simulation.predict`. Raises ValueError where no sensible step resolves the model."""
-        missing = [one.name for one in self.system.inputs if one.name not in stimulus.inputs]
-        if missing:
-            raise ValueError(f"the input {', '.join(missing)} of the model is no input of the data")
-        values = np.atleast_2d(np.asarray(values, dtype=np.float64))
-        start = np.repeat(self._start(stimulus)[:, None], len(values), axis=1)
-        if initial is not None and self.state:
-            free = [k for k, one in enumerate(self.system.states) if not one.known]
-            own = np.array([self.system.states[k].factor for k in free])
-            start[free] = (np.asarray(initial, dtype=np.float64) * own).reshape(-1, len(free)).T
+        values, start = self.lanes_of(stimulus, values, initial)
         run = _Run(self, stimulus, steps_per_period, refine)
         outputs: dict[str, FloatArray] = {}
         diverged = np.full(len(values), -1, dtype=np.int64)
@@ -124,6 +116,25 @@ class EquationsSimulation:
             for name, course in found.items():
                 outputs.setdefault(name, np.empty((len(values), stimulus.samples)))[lanes] = course
         return Prediction(outputs, diverged)
+
+    def lanes_of(
+        self, stimulus: Stimulus, values: FloatArray, initial: FloatArray | None
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return parameters (lanes, parameters) and starts (states, lanes) [SI] of what `predict` is asked for.
+
+        Raises:
+            ValueError: The record lacks an input, or states a start of no state.
+        """
+        missing = [one.name for one in self.system.inputs if one.name not in stimulus.inputs]
+        if missing:
+            raise ValueError(f"the input {', '.join(missing)} of the model is no input of the data")
+        values = np.atleast_2d(np.asarray(values, dtype=np.float64))
+        start = np.repeat(self._start(stimulus)[:, None], len(values), axis=1)
+        if initial is not None and self.state:
+            free = [k for k, one in enumerate(self.system.states) if not one.known]
+            own = np.array([self.system.states[k].factor for k in free])
+            start[free] = (np.asarray(initial, dtype=np.float64) * own).reshape(-1, len(free)).T
+        return values, start
 
     def pushed(
         self, stimulus: Stimulus, values: FloatArray, initial: FloatArray, pushes: FloatArray,

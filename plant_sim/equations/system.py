@@ -101,6 +101,16 @@ class System:
         """Rates of the states, then values of the outputs."""
         return (*(one.rate for one in self.states), *(one.value for one in self.outputs))
 
+    @property
+    def settings(self) -> tuple[tuple[int, Tree], ...]:
+        """Place (event * states + state) and value of each state that an event sets."""
+        at = {one.name: k for k, one in enumerate(self.states)}
+        return tuple(
+            (e * len(at) + at[name], tree)
+            for e, one in enumerate(self.events)
+            for name, tree in one.sets.items()
+        )
+
     def needed_terms(self, trees: tuple[Tree, ...]) -> dict[str, Tree]:
         """Return the terms on which `trees` depend, each after those that it needs."""
         wanted = {name for tree in trees for name in names_in(tree)}

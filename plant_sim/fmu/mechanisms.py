@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from plant_sim.equations.mechanisms.mechanism import PARAMETERS, EquationsMechanism, coefficient
-from plant_sim.equations.mechanisms.signals import input_mechanisms, output_mechanisms
+from plant_sim.equations.mechanisms.signals import signal_mechanisms
 from plant_sim.equations.mechanisms.sizes import Sizes
 from plant_sim.equations.system import Constant, System
 
@@ -24,15 +24,7 @@ def unit_mechanisms(
         sizes: Sizes of all signals, in the data's units.
         tunable: Parameters that may change while the unit runs.
     """
-    found: list[EquationsMechanism] = []
-    for source in system.inputs:
-        found += input_mechanisms(source.name, units.get(source.name, source.unit), sizes[source.name])
-    read = [one for one in system.outputs if one.name in units]
-    alone = len(system.inputs) == 1 and len(read) == 1
-    delays = tuple(f"input.{one.name}.delay" for one in system.inputs) if alone else ()
-    for output in system.outputs:
-        unit = units.get(output.name, output.unit)
-        found += output_mechanisms(output.name, unit, sizes[output.name], delays)
+    found = signal_mechanisms(system, units, sizes)
     for parameter in system.parameters:
         if parameter.name in tunable:
             found += _of_parameter(parameter, system, units, sizes)

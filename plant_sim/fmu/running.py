@@ -111,7 +111,8 @@ class UnitRuns:
                 self._begin(start, course)
             except Exception as error:  # the unit's own code: anything
                 _log.debug("%s: the unit does not start: %s", self.unit.path, error)
-                self._instantiate()
+                if getattr(error, "status", FATAL) >= FATAL:  # else a reset brings it back
+                    self._instantiate()
                 return made
             if self._march(course, made) >= FATAL:
                 self._instantiate()
@@ -140,10 +141,12 @@ class UnitRuns:
         return kind(address)
 
     def _begin(self, start: Mapping[int, float], course: Course) -> None:
-        slave = self._slave
         if not self._fresh:
-            slave.reset()
-        self._fresh = False
+            try:
+                self._slave.reset()
+            except Exception:  # it cannot be used any more
+                self._instantiate()
+        self._fresh, slave = False, self._slave
         put = slave.setFloat64 if self.is_3 else slave.setReal
         if not self.is_3:
             slave.setupExperiment(startTime=0.0)
@@ -184,8 +187,10 @@ class UnitRuns:
                 status |= self._derive_inputs(component, course.slopes[k])
             if course.looks_after:
                 status |= get_real(component, out_of, read, after + 8 * read * k, *more_out)
-            status |= do_step(component, k * step_s, step_s, *rest)
-            status |= get_real(component, out_of, read, before + 8 * read * (k + 1), *more_out)
+            if status <= WARNING:
+                status |= do_step(component, k * step_s, step_s, *rest)
+            if status <= WARNING:
+                status |= get_real(component, out_of, read, before + 8 * read * (k + 1), *more_out)
             if status > WARNING:
                 made.before[k + 1 :], made.after[k:] = np.nan, np.nan
                 return int(max(worst, status))

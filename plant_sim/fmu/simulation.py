@@ -77,25 +77,23 @@ class FmuSimulation(EquationsSimulation):
         refine: int = 1,
     ) -> Prediction:
         """See `Simulation.predict`. Raises ValueError where the unit takes no step that fits the samples."""
-        missing = [one.name for one in self.system.inputs if one.name not in stimulus.inputs]
-        if missing:
-            raise ValueError(f"the input {', '.join(missing)} of the model is no input of the data")
-        values = np.atleast_2d(np.asarray(values, dtype=np.float64))
-        free = [k for k, one in enumerate(self.system.states) if not one.known]
-        start = np.repeat(self._start(stimulus)[None], len(values), axis=0)
-        if initial is not None and free:
-            own = np.array([self.system.states[k].factor for k in free])
-            start[:, free] = np.asarray(initial, dtype=np.float64).reshape(-1, len(free)) * own
+        values, start = self.lanes_of(stimulus, values, initial)
+        names = [one.name for one in self.parameters]
         made = {name: np.empty((len(values), stimulus.samples)) for name in self.outputs}
         diverged = np.full(len(values), -1, dtype=np.int64)
         for lane, row in enumerate(values):
-            found = _Lane(
-                self, stimulus, dict(zip([one.name for one in self.parameters], row.tolist(), strict=True))
-            )
-            for name, course in found.outputs(start[lane], refine).items():
+            found = _Lane(self, stimulus, dict(zip(names, row.tolist(), strict=True)))
+            for name, course in found.outputs(start[:, lane], refine).items():
                 made[name][lane] = course
             diverged[lane] = _diverged([made[name][lane] for name in self.outputs])
         return Prediction(made, diverged)
+
+    def pushed(
+        self, stimulus: Stimulus, values: FloatArray, initial: FloatArray, pushes: FloatArray,
+        steps_per_period: float | None = None,
+    ) -> Prediction:  # fmt: skip
+        """Refuse: the rates of a unit are not seen. Raises TypeError."""
+        raise TypeError(f"{self.runs.unit.path}: nothing can be added to the rates of a unit")
 
     def written(self, content: FmuFile, tables: Mapping[str, Mapping[str, Value]]) -> FmuFile:  # type: ignore[override]
         """Return the file `content` with the mechanisms, at the values of `tables` by id."""
@@ -199,7 +197,7 @@ class _Lane:
         found: dict[str, FloatArray] = {}
         for late_s in dict.fromkeys((0.0, *late.values())):
             inputs = Inputs(stimulus, own.system, own.input_factors, driving, late_s=late_s)
-            steps = refine * self._steps(inputs, curved=bool(driving) or late_s != 0.0 or between)
+            steps = self._steps(inputs, refine, curved=bool(driving) or late_s != 0.0 or between)
             course = self._course(inputs, steps, moving)
             ran = own.runs.run(self._begin(start), course)
             for k, (name, factor) in enumerate(self._read_factors()):
@@ -218,8 +216,12 @@ class _Lane:
             (name, own.seen_factors[name]) for name in own.seen
         ]
 
-    def _steps(self, inputs: Inputs, *, curved: bool) -> int:
-        """Return the communication steps of a sample period. Raises ValueError where none fits."""
+    def _steps(self, inputs: Inputs, refine: int, *, curved: bool) -> int:
+        """Return the communication steps of a sample period; a unit with one step alone has no finer ones.
+
+        Raises:
+            ValueError: No whole number of its steps fits the sample period.
+        """
         runs, period_s = self.simulation.runs, self.stimulus.period_s
         fixed_s = runs.unit.fixed_step_s
         if fixed_s is not None:
@@ -232,8 +234,8 @@ class _Lane:
             return whole
         holds = {self.stimulus.holds.get(one.name, "linear") for one in inputs.system.inputs}
         if curved or not holds <= ({"zero", "linear"} if runs.takes_slopes else {"zero"}):
-            return STEPS if runs.takes_slopes else STEPS_OF_HOLDS
-        return 1
+            return refine * (STEPS if runs.takes_slopes else STEPS_OF_HOLDS)
+        return refine
 
     def _course(self, inputs: Inputs, steps: int, moving: list[EquationsMechanism]) -> Course:
         nodes, step_s = inputs.nodes(steps), self.stimulus.period_s / steps

@@ -77,6 +77,11 @@ def read_unit(path: Path) -> Unit:
             inputs.append(_channel(one, description, path, findings))
         elif one.causality == "output":
             outputs.append(_channel(one, description, path, findings))
+    names = [one.name for one in (*inputs, *outputs)]
+    for name in dict.fromkeys(one for one in names if names.count(one) > 1):
+        findings.append(
+            f"{path}: more than one input or output would be called {name} here; name them otherwise"
+        )
     if not findings and not inputs:
         findings.append(f"{path}: the unit has no input: there is nothing to command")
     if not findings and not outputs:

@@ -7,18 +7,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from export_cases import corners_to_the_bit, replayed_to_the_bit, same_on_every_machine
 from wire_cases import served_process
 
-from rtctl.api.exporting.c import export_c, replay_export, run_on_board
+from rtctl.api.exporting.c import export_c, run_on_board
 from rtctl.api.runs.running import run
 from rtctl.border.errors import InputError
 from rtctl.export.c.laws.planning import law_of
-from rtctl.export.c.proof.comparison import differences, prove
-from rtctl.export.c.proof.corners import corner_rows
-from rtctl.export.c.proof.in_python import PythonLaw
-from rtctl.export.c.proof.machines import MACHINES, REALS, build, missing
-from rtctl.export.c.proof.machines import run as run_on
-from rtctl.export.c.translated import translated
+from rtctl.export.c.proof.machines import MACHINES, missing
 from rtctl.scenario.schema import checked_scenario
 from rtctl.wiring import model_of
 
@@ -97,13 +93,8 @@ def test_a_recorded_run_is_computed_to_the_bit(tmp_path: Path) -> None:
     apart = np.abs(recorded.signals["estimate"] - recorded.signals["bow"])
     assert apart[50:].max() < 2.0, "the filter estimates"
     export_c(tables, out=tmp_path / "loop")
-    proof = prove(tmp_path / "loop", tmp_path / "run", ["gcc"])
-    assert [(one.machine, one.precision, one.first) for one in proof.computed] == [
-        ("this computer, gcc", "float", ""),
-        ("the recorded loop", "double", ""),
-        ("this computer, gcc", "double", ""),
-    ]
-    assert proof.deviations["estimate"]["max_percent"] < 0.01
+    deviations = replayed_to_the_bit(tmp_path)
+    assert deviations["estimate"]["max_percent"] < 0.01
 
 
 @pytest.mark.slow
@@ -111,8 +102,7 @@ def test_every_machine_that_is_here_computes_the_same(tmp_path: Path) -> None:
     tables = scenario_of(tmp_path)
     run(tables, out=tmp_path / "run")
     export_c(tables, out=tmp_path / "loop")
-    computed = [one for one in replay_export(tmp_path / "run", tmp_path / "loop").computed if not one.skipped]
-    assert [one.first for one in computed] == [""] * len(computed)
+    same_on_every_machine(tmp_path)
 
 
 @pytest.mark.parametrize("precision", ["float", "double"])
@@ -121,17 +111,14 @@ def test_corners_are_computed_to_the_bit(tmp_path: Path, precision: str) -> None
     made = export_c(tables, out=tmp_path / "loop")
     assert made.estimator == "kalman"
     scenario = checked_scenario(tables, "oven")
-    exported = translated(law_of(scenario, model_of(scenario, Path(), None)))
-    rows = corner_rows(exported.law, 2000, REALS[precision], seed=2)
-    oracle = PythonLaw(*exported, REALS[precision])(rows)
-    assert {0, 1} <= set(np.unique(oracle["fault"]).tolist())
+    oracle = corners_to_the_bit(
+        tmp_path / "loop", law_of(scenario, model_of(scenario, Path(), None)), precision, 2000
+    )
     assert 16 in oracle["estimate_status"], "some reading disagrees with the equations"
-    machine = MACHINES["gcc"]
-    found = run_on(build(tmp_path / "loop", machine, precision), machine, rows, oracle.dtype)
-    assert differences(found, oracle) == (0, "")
 
 
 @pytest.mark.slow
+@pytest.mark.wire
 @pytest.mark.skipif(bool(missing(MACHINES["m4f"])), reason=missing(MACHINES["m4f"]))
 def test_a_board_positions_a_coil_by_its_current(tmp_path: Path) -> None:
     changes = {

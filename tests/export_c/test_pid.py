@@ -7,16 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from export_cases import corners_to_the_bit, replayed_to_the_bit, same_on_every_machine
 
-from rtctl.api.exporting.c import export_c, replay_export
+from rtctl.api.exporting.c import export_c
 from rtctl.api.runs.running import run
 from rtctl.export.c.laws.planning import law_of
-from rtctl.export.c.proof.comparison import differences, prove
-from rtctl.export.c.proof.corners import corner_rows
-from rtctl.export.c.proof.in_python import PythonLaw
-from rtctl.export.c.proof.machines import MACHINES, REALS, build
-from rtctl.export.c.proof.machines import run as run_on
-from rtctl.export.c.translated import translated
 from rtctl.scenario.schema import checked_scenario
 
 STAGE = """
@@ -76,14 +71,9 @@ def test_a_recorded_run_is_computed_to_the_bit(tmp_path: Path) -> None:
     assert recorded.signals["force"].max() == 0.8, "the limit lets less through than is asked for"
     assert np.abs(recorded.signals["derivative"]).max() > 0.0
     export_c(tables, out=tmp_path / "loop")
-    proof = prove(tmp_path / "loop", tmp_path / "run", ["gcc"])
-    assert [(one.machine, one.precision, one.first) for one in proof.computed] == [
-        ("this computer, gcc", "float", ""),
-        ("the recorded loop", "double", ""),
-        ("this computer, gcc", "double", ""),
-    ]
-    assert proof.deviations["estimate"]["max_percent"] < 1e-4
-    assert proof.deviations["command"]["max_N"] < 1e-4
+    deviations = replayed_to_the_bit(tmp_path)
+    assert deviations["estimate"]["max_percent"] < 1e-4
+    assert deviations["command"]["max_N"] < 1e-4
 
 
 @pytest.mark.slow
@@ -91,8 +81,7 @@ def test_every_machine_that_is_here_computes_the_same(tmp_path: Path) -> None:
     tables = scenario_of(tmp_path)
     run(tables, out=tmp_path / "run")
     export_c(tables, out=tmp_path / "loop")
-    computed = [one for one in replay_export(tmp_path / "run", tmp_path / "loop").computed if not one.skipped]
-    assert [one.first for one in computed] == [""] * len(computed)
+    same_on_every_machine(tmp_path)
 
 
 @pytest.mark.parametrize("precision", ["float", "double"])
@@ -101,13 +90,7 @@ def test_corners_are_computed_to_the_bit(tmp_path: Path, precision: str) -> None
     made = export_c(tables, out=tmp_path / "loop")
     assert made.estimator == "none"
     scenario = checked_scenario(tables, "stage")
-    exported = translated(law_of(scenario, model_of(scenario)))
-    rows = corner_rows(exported.law, 4000, REALS[precision], seed=2)
-    oracle = PythonLaw(*exported, REALS[precision])(rows)
-    assert {0, 1} <= set(np.unique(oracle["fault"]).tolist())
-    machine = MACHINES["gcc"]
-    found = run_on(build(tmp_path / "loop", machine, precision), machine, rows, oracle.dtype)
-    assert differences(found, oracle) == (0, "")
+    corners_to_the_bit(tmp_path / "loop", law_of(scenario, model_of(scenario)), precision, 4000)
 
 
 def model_of(scenario: Any) -> Any:

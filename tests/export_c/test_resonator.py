@@ -6,17 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from export_cases import corners_to_the_bit, replayed_to_the_bit, same_on_every_machine
 
-from rtctl.api.exporting.c import export_c, replay_export, run_on_board
+from rtctl.api.exporting.c import export_c, run_on_board
 from rtctl.api.runs.running import run
 from rtctl.border.errors import InputError
 from rtctl.export.c.laws.planning import law_of
-from rtctl.export.c.proof.comparison import differences, prove
-from rtctl.export.c.proof.corners import corner_rows
-from rtctl.export.c.proof.in_python import PythonLaw
-from rtctl.export.c.proof.machines import MACHINES, REALS, build
-from rtctl.export.c.proof.machines import run as run_on
-from rtctl.export.c.translated import translated
 from rtctl.models.resonator import read_resonator
 from rtctl.scenario.bundled import find_scenario
 from rtctl.scenario.schema import load_scenario
@@ -50,22 +45,16 @@ def test_a_recorded_run_is_computed_to_the_bit(tmp_path: Path, late: bool) -> No
     recorded = run("me_amplitude", model=model, settings=SHORT, out=tmp_path / "run")
     assert recorded.signals["state"].max() == 2.0, "both loops act"
     export_c("me_amplitude", model=model, settings=SHORT, out=tmp_path / "loop")
-    proof = prove(tmp_path / "loop", tmp_path / "run", ["gcc"])
-    assert [(one.machine, one.precision, one.first) for one in proof.computed] == [
-        ("this computer, gcc", "float", ""),
-        ("the recorded loop", "double", ""),
-        ("this computer, gcc", "double", ""),
-    ]
-    assert proof.deviations["estimate"]["max_percent"] < 0.02
-    assert proof.deviations["drive_frequency"]["max_Hz"] < 0.01
+    deviations = replayed_to_the_bit(tmp_path)
+    assert deviations["estimate"]["max_percent"] < 0.02
+    assert deviations["drive_frequency"]["max_Hz"] < 0.01
 
 
 @pytest.mark.slow
 def test_every_machine_that_is_here_computes_the_same(tmp_path: Path) -> None:
     run("me_amplitude", settings=SHORT, out=tmp_path / "run")
     export_c("me_amplitude", settings=SHORT, out=tmp_path / "loop")
-    computed = [one for one in replay_export(tmp_path / "run", tmp_path / "loop").computed if not one.skipped]
-    assert [one.first for one in computed] == [""] * len(computed)
+    same_on_every_machine(tmp_path)
 
 
 @pytest.mark.parametrize("precision", ["float", "double"])
@@ -73,14 +62,9 @@ def test_corners_are_computed_to_the_bit(tmp_path: Path, precision: str) -> None
     model, settings = late_model(tmp_path), ["limits.rms=150 mA", "limits.rms_window=50 ms"]
     export_c("me_amplitude", model=model, settings=settings, out=tmp_path / "loop")
     scenario, _ = load_scenario(find_scenario("me_amplitude"), settings)
-    exported = translated(law_of(scenario, read_resonator(model)))
-    rows = corner_rows(exported.law, 4000, REALS[precision], seed=2)
-    oracle = PythonLaw(*exported, REALS[precision])(rows)
+    oracle = corners_to_the_bit(tmp_path / "loop", law_of(scenario, read_resonator(model)), precision, 4000)
     assert {0, 1, 5} <= set(np.unique(oracle["fault"]).tolist())
     assert oracle["state"].max() == 2.0
-    machine = MACHINES["gcc"]
-    found = run_on(build(tmp_path / "loop", machine, precision), machine, rows, oracle.dtype)
-    assert differences(found, oracle) == (0, "")
 
 
 def test_a_saturating_sensor_is_refused(tmp_path: Path) -> None:

@@ -191,8 +191,34 @@ def test_steps_that_the_samples_do_not_fit_are_named(folder: Path) -> None:
 def test_a_unit_that_refuses_its_parameters_diverges_and_runs_again(folder: Path) -> None:
     unit = fmu_simulation(read_fmu_model(folder / "heater.toml"), {"power": "W", "reading": "K"}, "heater")
     stimulus = Stimulus(inputs={"power": np.full(50, 5.0)}, holds={"power": "zero"}, period_s=PERIOD_S)
+    used = unit.runs._slave
     made = unit.predict(stimulus, np.array([[-1.0, 0.5, 0.4], [20.0, 0.5, 0.4]]))
     assert made.diverged_at.tolist() == [0, -1]
+    assert unit.runs._slave is used, "an error that a reset mends leaves no instance behind"
+
+
+def test_finer_steps_are_asked_of_units_alone_that_take_them(folder: Path) -> None:
+    """`rtctl simulate` asks for them, to tell what the integrator adds to the error."""
+    fixed = fmu_simulation(read_fmu_model(folder / "heater.toml"), {"power": "W", "reading": "K"}, "heater")
+    stimulus = Stimulus(inputs={"power": np.full(50, 5.0)}, holds={"power": "zero"}, period_s=PERIOD_S)
+    one, two = (fixed.predict(stimulus, values_of(fixed), refine=k).outputs["reading"] for k in (1, 2))
+    assert np.array_equal(one, two)
+    assert np.isfinite(two).all()
+    free = unit_of(folder)
+    one, two = (
+        free.predict(record("band-limited"), values_of(free), refine=k).outputs["place"] for k in (1, 2)
+    )
+    assert 0.0 < np.abs(one - two).max() < 1e-3 * np.ptp(one)
+
+
+def test_two_channels_of_one_name_are_told(folder: Path, tmp_path: Path) -> None:
+    shutil.copy(folder / "heater.so", tmp_path)
+    twice = DESCRIPTION.replace('name="power"', 'name="a.b"').replace('name="reading"', 'name="a_b"')
+    with zipfile.ZipFile(tmp_path / "heater.fmu", "w") as archive:
+        archive.writestr("modelDescription.xml", twice)
+        archive.write(tmp_path / "heater.so", "binaries/linux64/heater.so")
+    with pytest.raises(InputError, match="more than one input or output would be called a_b here"):
+        read_unit(tmp_path / "heater.fmu")
 
 
 def test_it_is_identified_and_its_file_names_the_unit_from_where_it_lies(

@@ -39,15 +39,14 @@ def laws(system: System, *, plain: bool, limited: bool) -> str:
     ]
     parts.append(_numbers(system, "outputs", tuple(one.value for one in system.outputs)))
     if system.events:
-        at = {one.name: k for k, one in enumerate(system.states)}
-        sets = [
-            (e * len(at) + at[name], tree)
-            for e, one in enumerate(system.events)
-            for name, tree in one.sets.items()
-        ]
         parts.append(_numbers(system, "guards", tuple(one.when for one in system.events)))
         parts.append(
-            _numbers(system, "resets", tuple(tree for _, tree in sets), [place for place, _ in sets])
+            _numbers(
+                system,
+                "resets",
+                tuple(tree for _, tree in system.settings),
+                [place for place, _ in system.settings],
+            )
         )
     return "\n".join(part + "}\n" for part in parts)
 

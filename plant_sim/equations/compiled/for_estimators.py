@@ -23,17 +23,13 @@ def estimator_sources(system: System) -> LawSources:
     """Return the sources of rates (states,), outputs (outputs,) in their units, and of what events watch and set."""
     states = range(len(system.states))
     rates = law_source(system, "", _tail(states, "rates"), limited=True, dialect=ESTIMATORS)
-    at = {one.name: k for k, one in enumerate(system.states)}
-    sets = [
-        (e * len(at) + at[name], tree)
-        for e, one in enumerate(system.events)
-        for name, tree in one.sets.items()
-    ]
     found = {
         "rates": rates,
         "outputs": _numbers(system, [_in_unit(one.value, one.factor) for one in system.outputs]),
         "guards": _numbers(system, [one.when for one in system.events]),
-        "resets": _numbers(system, [tree for _, tree in sets], [place for place, _ in sets]),
+        "resets": _numbers(
+            system, [tree for _, tree in system.settings], [place for place, _ in system.settings]
+        ),
     }
     whole = {name: _headed(name, body) for name, body in found.items()}
     return LawSources(**whole, own=functions_in("".join(whole.values())))

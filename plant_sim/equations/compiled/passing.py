@@ -24,16 +24,10 @@ def guards_source(system: System) -> str:
 
 def resets_source(system: System) -> str:
     """Return the source of `resets(x, u, t, p, j, out) -> 0`, which fills `out` (events * states,) where one is set."""
-    at = {one.name: k for k, one in enumerate(system.states)}
-    sets = [
-        (e * len(at) + at[name], tree)
-        for e, one in enumerate(system.events)
-        for name, tree in one.sets.items()
-    ]
-    places = "".join(f"out[{place}], " for place, _ in sets)
+    places = "".join(f"out[{place}], " for place, _ in system.settings)
     head = loaded(system, "resets(x, u, t, p, j, out)")
     return numbers_source(
-        system, tuple(tree for _, tree in sets), head, f"{places}= {{numbers}},\n    return 0"
+        system, tuple(tree for _, tree in system.settings), head, f"{places}= {{numbers}},\n    return 0"
     )
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from plant_sim.equations.mechanisms.mechanism import EquationsMechanism
 from plant_sim.equations.mechanisms.parameters import parameter_mechanisms
-from plant_sim.equations.mechanisms.signals import input_mechanisms, output_mechanisms
+from plant_sim.equations.mechanisms.signals import signal_mechanisms
 from plant_sim.equations.mechanisms.sizes import Sizes
 from plant_sim.equations.mechanisms.states import state_mechanisms
 from plant_sim.equations.mechanisms.words import Names
@@ -22,15 +22,7 @@ def catalogue(system: System, units: Mapping[str, str], sizes: Sizes) -> dict[st
         sizes: Sizes of all courses, in the data's units and those of the states.
     """
     names = Names(system)
-    found: list[EquationsMechanism] = []
-    for source in system.inputs:
-        found += input_mechanisms(source.name, units.get(source.name, source.unit), sizes[source.name])
-    read = [one for one in system.outputs if one.name in units]
-    alone = len(system.inputs) == 1 and len(read) == 1
-    delays = tuple(f"input.{one.name}.delay" for one in system.inputs) if alone else ()
-    for output in system.outputs:
-        unit = units.get(output.name, output.unit)
-        found += output_mechanisms(output.name, unit, sizes[output.name], delays)
+    found = signal_mechanisms(system, units, sizes)
     references: dict[str, str] = {}
     for state, switched in zip(system.states, system.discrete, strict=True):
         if switched:  # it has no law in time

@@ -11,7 +11,8 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from plant_sim.equations.mechanisms.mechanism import EquationsMechanism, in_unit
-from plant_sim.equations.mechanisms.sizes import Size
+from plant_sim.equations.mechanisms.sizes import Size, Sizes
+from plant_sim.equations.system import System
 from plant_sim.oscillator.mechanism import OscillatorMechanism
 from plant_sim.oscillator.mechanisms.drive import (
     backlash,
@@ -115,6 +116,26 @@ OUTPUTS: dict[str, SignalLaw] = {
     ),
     "skew": SignalLaw(skew.MECHANISM, "The {s} is read {late} after the row's instant (below 0: before it)."),
 }
+
+
+def signal_mechanisms(system: System, units: Mapping[str, str], sizes: Sizes) -> list[EquationsMechanism]:
+    """Return the mechanisms of all inputs and outputs.
+
+    Args:
+        system: Their names and units.
+        units: Units of the data's signals by name; an output that was not measured has that of the model.
+        sizes: Sizes of their courses, in these units.
+    """
+    found: list[EquationsMechanism] = []
+    for source in system.inputs:
+        found += input_mechanisms(source.name, units.get(source.name, source.unit), sizes[source.name])
+    read = [one for one in system.outputs if one.name in units]
+    alone = len(system.inputs) == 1 and len(read) == 1
+    delays = tuple(f"input.{one.name}.delay" for one in system.inputs) if alone else ()
+    for output in system.outputs:
+        unit = units.get(output.name, output.unit)
+        found += output_mechanisms(output.name, unit, sizes[output.name], delays)
+    return found
 
 
 def input_mechanisms(name: str, unit: str, size: Size) -> list[EquationsMechanism]:

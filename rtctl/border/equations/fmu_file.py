@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import Field, model_validator
 
-from rtctl.border.equations.file import EquationsFile
+from rtctl.border.equations.file import EquationsFile, Finite
 from rtctl.border.model_file import MechanismTable, Value, check_each_once
 from rtctl.border.units.quantities import Checked
 
@@ -21,7 +21,7 @@ class StartTable(Checked):
     unit: str
     variable: str = ""
     """Variable of the unit that is the state while it runs; "": it is not seen."""
-    initial: float = 0.0
+    initial: Finite = 0.0
     """Value at the first sample of a record that states none, in `unit`."""
     fixed: bool = False
     """Whether the start is known, so that a fit leaves it."""

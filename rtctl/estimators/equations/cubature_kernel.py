@@ -17,7 +17,7 @@ from rtctl.estimators.equations.step import step, whole_steps
 OK, NOT_FINITE, DISAGREES = 0, 8, 16
 """Bits of `rtctl.interfaces.EstimateStatus`."""
 FAR = 1e15
-"""Innovation [noise] beyond which a reading counts as none: its square has no number in single precision."""
+"""Innovation [noise] beyond which a reading counts as none; its square still is a number in single precision."""
 ROOT_HALF = 0.7071067811865476
 
 
@@ -93,7 +93,7 @@ def predict(  # noqa: PLR0913
     take_moments(points, c.scale, c.added, elapsed_s, x, root, room[at : at + 3 * n * n])
 
 
-# 7 parameters because a compiled kernel takes its arrays one by one
+# 8 parameters because a compiled kernel takes its arrays one by one
 @kernel
 def read_points(  # noqa: PLR0913
     outputs: Any, points: FloatArray, u: FloatArray, c: FilterParams, out: FloatArray, seen: FloatArray,
@@ -163,7 +163,7 @@ def weigh_states(root: FloatArray, n: int, seen: FloatArray, m: int, cross: Floa
             cross[i * m + k] = ROOT_HALF * total
 
 
-# 7 parameters because a compiled kernel takes its arrays one by one
+# 8 parameters because a compiled kernel takes its arrays one by one
 @kernel
 def apply_gain(  # noqa: PLR0913
     x: FloatArray, root: FloatArray, gain: FloatArray, seen: FloatArray, off: FloatArray, grown: float, c: FilterParams,

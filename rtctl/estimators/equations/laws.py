@@ -35,6 +35,7 @@ class Laws(NamedTuple):
     rates: Any
     outputs: Any
     guards: Any
+    """None where there are no events, as `resets`."""
     resets: Any
     directions: FloatArray
     """Direction (events,) in which each passes zero."""
@@ -42,12 +43,10 @@ class Laws(NamedTuple):
 
 def laws_of(model: StateSpace) -> Laws:
     """Return the compiled laws of a model."""
-    sources, own = model.sources, model.sources.own
-    rates, outputs, guards, resets = (
-        _law(source, name, tuple(own.items()))
-        for name, source in zip(("rates", "outputs", "guards", "resets"), sources[:4], strict=True)
-    )
-    return Laws(rates, outputs, guards, resets, model.directions)
+    own = tuple(model.sources.own.items())
+    names = ("rates", "outputs", "guards", "resets") if len(model.directions) else ("rates", "outputs")
+    laws = {name: _law(getattr(model.sources, name), name, own) for name in names}
+    return Laws(laws["rates"], laws["outputs"], laws.get("guards"), laws.get("resets"), model.directions)
 
 
 def law_function(model: StateSpace, name: str) -> Callable[..., int]:

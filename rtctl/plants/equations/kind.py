@@ -3,6 +3,13 @@
 from rtctl.border.records import device_profile
 from rtctl.registry.plant_kind import Control, Defaults, Identification, ModelFiles, PlantKind
 
+IDENTIFICATION = Identification(
+    fit="rtctl.api.identifying.fit_equations:fit_equations",
+    options="rtctl.identification.equations.identify:EquationsFitOptions",
+    option_names={"starts": "starts", "seed": "seed"},
+    takes_model=True,
+)
+"""Of models whose signals, states and parameters their user has named: of units (FMU) too."""
 EQUATIONS = PlantKind(
     name="equations",
     summary="equations of your own, with units",
@@ -22,12 +29,7 @@ EQUATIONS = PlantKind(
         c_plant="plant_sim.equations.c_source.plant:equations_plant",
         is_device=True,
     ),
-    identification=Identification(
-        fit="rtctl.api.identifying.fit_equations:fit_equations",
-        options="rtctl.identification.equations.identify:EquationsFitOptions",
-        option_names={"starts": "starts", "seed": "seed"},
-        takes_model=True,
-    ),
+    identification=IDENTIFICATION,
     control=Control(
         support="rtctl.plants.equations.control:EquationsSupport",
         several="rtctl.plants.equations.several:with_further_outputs",

@@ -1,7 +1,8 @@
 """A functional mock-up unit as a kind of plant: a device behind a wire, and a model that is fitted and doubted."""
 
 from rtctl.border.records import device_profile
-from rtctl.registry.plant_kind import Identification, ModelFiles, PlantKind
+from rtctl.plants.equations.kind import IDENTIFICATION
+from rtctl.registry.plant_kind import ModelFiles, PlantKind
 
 FMU = PlantKind(
     name="fmu",
@@ -19,12 +20,7 @@ FMU = PlantKind(
         simulation="plant_sim.fmu.simulation:fmu_simulation",
         is_device=True,
     ),
-    identification=Identification(
-        fit="rtctl.api.identifying.fit_equations:fit_equations",
-        options="rtctl.identification.equations.identify:EquationsFitOptions",
-        option_names={"starts": "starts", "seed": "seed"},
-        takes_model=True,
-    ),
+    identification=IDENTIFICATION,
     diagnosis="rtctl.plants.fmu.diagnosis:fmu_subject",
     device_file="plant_sim.fmu.plant:load_plant",
     device_profile="plant_sim.fmu.plant:read_profile",

@@ -194,7 +194,7 @@ def _reshaped(trial: Trial, own: Vo2Dynamics, one: Named) -> Named:
             (tau_s, share)
             for tau_s in (one.shape / factor, one.shape * factor)
             for share in (one.size, one.size * one.shape / tau_s)
-            if share < 1.0
+            if share <= MOST_SHARE
         ]
         tried += [(one.shape, one.size / factor), (one.shape, min(one.size * factor, MOST_SHARE))]
         for tau_s, share in tried:
