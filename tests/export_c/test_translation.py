@@ -9,11 +9,11 @@ from typing import Any
 
 import pytest
 
-from rtctl.export.c.folder import RUNTIME
-from rtctl.export.c.printing.c_statements import Function
-from rtctl.export.c.translation.inference import Program
-from rtctl.export.c.translation.source import NotTranslatableError
-from rtctl.export.c.translation.types import INT, REAL, ArrayType
+from rtctl.translation.c99.arithmetic import ARITHMETIC
+from rtctl.translation.c99.statements import Function
+from rtctl.translation.inference import Program
+from rtctl.translation.source import NotTranslatableError
+from rtctl.translation.types import INT, REAL, ArrayType
 
 
 def library_function(x: float) -> float:
@@ -61,7 +61,7 @@ def compiled(tmp_path: Path, function: Any, types: list[Any], call: str) -> floa
         "-Wextra",
         "-Werror",
         "-DRTCTL_DOUBLE",
-        f"-I{RUNTIME}",
+        f"-I{ARITHMETIC.parent}",
         "t.c",
         "-o",
         "t",

@@ -12,9 +12,10 @@ from typing import Any
 from rtctl.border.errors import InputError
 from rtctl.export.c.laws.law import Law
 from rtctl.export.c.printing import c_program
-from rtctl.export.c.printing.c_tables import first_value_lines
 from rtctl.export.c.translated import Translated
 from rtctl.output.own_files import is_written_by, mark_of
+from rtctl.translation.c99.arithmetic import ARITHMETIC
+from rtctl.translation.c99.tables import first_value_lines
 from rtctl.version import __version__
 from rtctl.wiring_served import write_boards
 
@@ -63,6 +64,7 @@ def write_folder(folder: Path, exported: Translated, manifest: Manifest) -> None
     shutil.copytree(
         RUNTIME, folder, ignore=shutil.ignore_patterns("__pycache__", "build"), dirs_exist_ok=True
     )
+    shutil.copy(ARITHMETIC, folder / ARITHMETIC.name)
     write_boards(folder)
     if (
         law.output.of("level_2") is not None

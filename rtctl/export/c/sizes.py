@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from rtctl.export.c.laws.law import Law
-from rtctl.export.c.translation.types import INT, LONG, REAL, ArrayType
+from rtctl.translation.types import INT, LONG, REAL, ArrayType
 
 REAL_BYTES = 4
 

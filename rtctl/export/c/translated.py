@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from rtctl.export.c.laws.law import Law
-from rtctl.export.c.translation.inference import Program
-from rtctl.export.c.translation.instances import Instance, struct_of_values
-from rtctl.export.c.translation.types import RecordArray, StructType
+from rtctl.translation.inference import Program
+from rtctl.translation.instances import Instance, struct_of_values
+from rtctl.translation.types import RecordArray, StructType
 
 
 class Translated(NamedTuple):

@@ -11,12 +11,12 @@ from rtctl.arithmetic.standard_error import combined
 from rtctl.estimators.composite import SURROGATE_MARGIN, composite_step, reading_share
 from rtctl.estimators.direct import READING_MARGIN, clipped_reading, reading_range
 from rtctl.estimators.gap_free import LEAST_SLOPE, gap_free_composite_step
-from rtctl.export.c.laws.law import Memory, by_precision
 from rtctl.export.c.laws.parts import Fit, Part, Rest, preisach_sources, shortened
 from rtctl.hysteresis.egpi import egpi_step
 from rtctl.hysteresis.gpi_inverse import GpiInverse
 from rtctl.hysteresis.preisach.model import preisach_step
 from rtctl.models.vo2 import Vo2Model
+from rtctl.translation.memory import Memory, by_precision
 
 SINGLE_ULPS = 4.0
 """Tolerance of an iteration in single precision, in roundings of its range."""

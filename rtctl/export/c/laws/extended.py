@@ -14,8 +14,8 @@ from rtctl.controllers.extended_feedforward import ExtendedFeedforward, extended
 from rtctl.estimators.corrected import SURROGATE, SensorParams, film_resistance, sensor_at_rest
 from rtctl.estimators.drive import FIRST, DriveParams
 from rtctl.estimators.extended_observer import ExtendedObserver, extended_observer_step
-from rtctl.export.c.laws.law import Memory, by_precision
 from rtctl.export.c.laws.parts import Part, Rest, preisach_sources, shortened
+from rtctl.translation.memory import Memory, by_precision
 
 SINGLE_SHORTEST_S = 1e-8
 """What is left of a time below this is rounding in single precision [s]."""

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from rtctl.controllers.feedforward import InverseFeedforward, inverse_step
-from rtctl.export.c.laws.law import Memory
 from rtctl.export.c.laws.parts import Part, Rest, preisach_sources, shortened
 from rtctl.models.vo2 import Vo2Model
+from rtctl.translation.memory import Memory
 
 
 def feedforward(s: Any, c: Any, upcoming: float, elapsed_s: float) -> float:

@@ -10,10 +10,11 @@ import numpy as np
 
 from rtctl.border.errors import InputError
 from rtctl.border.records import DeviceProfile
-from rtctl.export.c.laws.law import Memory, nth
+from rtctl.export.c.laws.law import nth
 from rtctl.safety.guards import ReadingGuard, ReadingRules
 from rtctl.safety.limits import CommandLimits
 from rtctl.safety.plausibility import Plausibility
+from rtctl.translation.memory import Memory
 
 NO_RULES = ReadingRules(names=("",), rates=(math.inf,))
 

@@ -7,9 +7,9 @@ from typing import Any
 
 from rtctl.arithmetic.standard_error import combined
 from rtctl.estimators.observer import PROBE_MA2, filter_start, observer_params, observer_step
-from rtctl.export.c.laws.law import Memory
 from rtctl.export.c.laws.parts import Fit, Part, Rest, preisach_sources, shortened
 from rtctl.models.vo2 import Vo2Model
+from rtctl.translation.memory import Memory
 
 READING = "model.parameters.reading_error"
 SOURCES = {

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
-from rtctl.export.c.laws.law import Memory
 from rtctl.hysteresis.preisach.model import MAX_EXTREMA
+from rtctl.translation.memory import Memory
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -8,10 +8,11 @@ from typing import Any, NamedTuple
 from rtctl.border.errors import InputError
 from rtctl.controllers.agc_pll import AgcPllController, AgcPllMemory, AgcPllParams
 from rtctl.estimators.lock_in import LockInEstimator, LockInMemory
-from rtctl.export.c.laws.law import Corners, Law, Memory, input_record, output_record
+from rtctl.export.c.laws.law import Corners, Law, input_record, output_record
 from rtctl.export.c.laws.loop_memory import Limits, Parts, Rules, limits_of, loop_memory, refuse_stops
 from rtctl.export.c.laws.resonator_sample import resonator_sample_of
 from rtctl.models.resonator import ResonatorModel, ResonatorParams
+from rtctl.translation.memory import Memory
 
 CORNERS = Corners((-1.8, 1.8), (-0.2, 1.6))
 PLACES = {

@@ -30,12 +30,13 @@ from rtctl.export.c.laws.extended import (
     extended_observer_part,
 )
 from rtctl.export.c.laws.feedforward import feedforward_part
-from rtctl.export.c.laws.law import Corners, Law, Memory, input_record, output_record
+from rtctl.export.c.laws.law import Corners, Law, input_record, output_record
 from rtctl.export.c.laws.loop_memory import Parts, Rules, loop_memory, refuse_stops
 from rtctl.export.c.laws.observer import observer_part
 from rtctl.export.c.laws.parts import Part, Rest
 from rtctl.export.c.laws.sample import pi_control, sample_of
 from rtctl.models.vo2 import Vo2Model
+from rtctl.translation.memory import Memory
 
 ESTIMATORS: dict[type, Callable[[Vo2Model, Rest], Part]] = {
     ObserverEstimator: observer_part,

@@ -1,1 +1,1 @@
-"""Translated kernels as text: C99, and Python in single precision."""
+"""An exported loop as text: a library in C99, and Python in single precision."""

@@ -15,11 +15,11 @@ from typing import Any
 import numba
 import numpy as np
 
-from rtctl.export.c.laws.law import ByPrecision
-from rtctl.export.c.printing.c_expressions import COMPARISONS
-from rtctl.export.c.translation.inference import Program
-from rtctl.export.c.translation.instances import Instance
-from rtctl.export.c.translation.types import INT, REAL, FunctionType, Scalar, StructType, TupleType, Type
+from rtctl.translation.c99.expressions import COMPARISONS
+from rtctl.translation.inference import Program
+from rtctl.translation.instances import Instance
+from rtctl.translation.memory import ByPrecision
+from rtctl.translation.types import INT, REAL, FunctionType, Scalar, StructType, TupleType, Type
 
 OPERATORS: dict[type, str] = {
     ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.FloorDiv: "//", ast.Mod: "%", ast.BitAnd: "&",

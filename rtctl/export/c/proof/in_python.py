@@ -10,8 +10,8 @@ from rtctl.border.arrays import FloatArray
 from rtctl.export.c.laws.law import Law, aligned_dtype, numpy_dtype
 from rtctl.export.c.printing.python_program import in_precision, python_program
 from rtctl.export.c.proof.recorded import Rows
-from rtctl.export.c.translation.inference import Program
-from rtctl.export.c.translation.instances import Instance
+from rtctl.translation.inference import Program
+from rtctl.translation.instances import Instance
 
 WORTH_COMPILING = 50_000
 

@@ -14,8 +14,8 @@ from rtctl.estimators.cubature import CubatureFilter
 from rtctl.estimators.equations.cubature_kernel import filter_step, room_size
 from rtctl.estimators.equations.laws import law_function
 from rtctl.estimators.equations.rest import state_at_rest
-from rtctl.export.c.laws.law import Memory
 from rtctl.export.c.laws.parts import Part
+from rtctl.translation.memory import Memory
 
 BELIEF = "of a motion of the equations: rtctl.plants.equations.belief"
 SOURCES = {

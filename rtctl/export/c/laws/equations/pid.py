@@ -12,10 +12,11 @@ from rtctl.controllers.pid import PidController, PidMemory
 from rtctl.estimators.cubature import CubatureFilter
 from rtctl.estimators.reading import ReadingEstimator
 from rtctl.export.c.laws.equations.kalman import kalman_part
-from rtctl.export.c.laws.law import Corners, Law, Memory, input_record, output_record
+from rtctl.export.c.laws.law import Corners, Law, input_record, output_record
 from rtctl.export.c.laws.loop_memory import Parts, Rules, limits_of, loop_memory, refuse_stops
 from rtctl.export.c.laws.parts import Part
 from rtctl.export.c.laws.sample import pid_control, sample_of
+from rtctl.translation.memory import Memory
 
 WIDEST = 1e3
 """Readings that a proof tries where the scenario has no plausible range, in their unit."""

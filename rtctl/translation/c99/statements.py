@@ -6,9 +6,9 @@ import ast
 import textwrap
 from collections.abc import Iterator
 
-from rtctl.export.c.printing.c_expressions import Expressions, c_name
-from rtctl.export.c.translation.instances import Instance
-from rtctl.export.c.translation.types import (
+from rtctl.translation.c99.expressions import Expressions, c_name
+from rtctl.translation.instances import Instance
+from rtctl.translation.types import (
     INT,
     ArrayType,
     FunctionType,

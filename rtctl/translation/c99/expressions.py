@@ -6,8 +6,8 @@ import ast
 import math
 from typing import Any
 
-from rtctl.export.c.translation.instances import Instance
-from rtctl.export.c.translation.types import (
+from rtctl.translation.instances import Instance
+from rtctl.translation.types import (
     BOOL,
     INT,
     LONG,

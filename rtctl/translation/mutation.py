@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Any
 
-from rtctl.export.c.translation.source import Source, function_of, is_function, source_of
+from rtctl.translation.source import Source, function_of, is_function, source_of
 
 Handed = tuple[tuple[str, Callable[..., Any]], ...]
 """Functions that are handed to a function, by the names of its parameters."""

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.export.c.translation.mutation import roots_of
-from rtctl.export.c.translation.source import NotTranslatableError, Source
-from rtctl.export.c.translation.types import BOOL, INT, LONG, REAL, ArrayType, StructType, Type
+from rtctl.translation.mutation import roots_of
+from rtctl.translation.source import NotTranslatableError, Source
+from rtctl.translation.types import BOOL, INT, LONG, REAL, ArrayType, StructType, Type
 
 INT_RANGE = range(-(2**31), 2**31)
 

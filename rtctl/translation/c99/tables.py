@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.export.c.laws.law import ByPrecision, Memory
-from rtctl.export.c.printing.c_expressions import c_number
-from rtctl.export.c.printing.c_statements import STEP, WIDTH, comment, declared
-from rtctl.export.c.translation.types import INT, LONG, REAL, ArrayType, RecordType, StructType
+from rtctl.translation.c99.expressions import c_number
+from rtctl.translation.c99.statements import STEP, WIDTH, comment, declared
+from rtctl.translation.memory import ByPrecision, Memory
+from rtctl.translation.types import INT, LONG, REAL, ArrayType, RecordType, StructType
 
 
 def struct_lines(struct: StructType) -> list[str]:

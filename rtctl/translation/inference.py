@@ -11,10 +11,10 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any, get_type_hints
 
-from rtctl.export.c.translation.instances import INT_RANGE, Instance, annotated
-from rtctl.export.c.translation.mutation import mutated_parameters
-from rtctl.export.c.translation.source import function_of, is_function, source_of
-from rtctl.export.c.translation.types import (
+from rtctl.translation.instances import INT_RANGE, Instance, annotated
+from rtctl.translation.mutation import mutated_parameters
+from rtctl.translation.source import function_of, is_function, source_of
+from rtctl.translation.types import (
     BOOL,
     INT,
     LONG,
