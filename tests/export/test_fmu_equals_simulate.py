@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import dataclasses
 from pathlib import Path
 
 import numpy as np
 import pytest
 from export.fmu_cases import MECHANISMS, free_runs, oscillator, oscillator_data
-from vo2_model_cases import small_model, telegraph
 
 import rtctl
 from plant_sim.equations.reading import read_equations
 from rtctl import Record
-from rtctl.border.model_file import MechanismTable, Value
 
 pytest.importorskip("fmpy")
 MODELS = Path("scenarios/models/equations")
@@ -128,44 +125,3 @@ def test_mechanisms_act_together_in_the_order_of_the_simulation(tmp_path: Path) 
     )
     data = oscillator_data(tmp_path, "linear")
     assert free_runs(oscillator(tmp_path, *together), data, tmp_path)["displacement"] < ROUNDING
-
-
-VO2_MECHANISMS = (
-    {"id": "input.gain_drift", "parameters": {"rate": (0.05, "1/s"), "settling_time": (0.1, "s")}},
-    {"id": "sensor.ageing", "parameters": {"rate": (0.1, "1/s"), "slowing_time": (0.05, "s")}},
-    {"id": "sensor.drift", "parameters": {"rate": (3.0, "um/s")}},
-    {"id": "sensor.quantisation", "parameters": {"resistance": (20.0, "ohm"), "deflection": (0.05, "um")}},
-)
-
-
-@pytest.mark.parametrize(
-    ("hold", "mechanisms"), [("zero", VO2_MECHANISMS[:3]), ("linear", ()), ("zero", VO2_MECHANISMS[3:])]
-)
-def test_an_identified_vo2_as_a_unit_is_its_simulation(hold: str, mechanisms: tuple, tmp_path: Path) -> None:
-    from rtctl.models.vo2 import save_model
-
-    model = tmp_path / "vo2.toml"
-    tables = tuple(
-        MechanismTable(
-            id=one["id"],
-            parameters={name: Value(value=v, unit=u) for name, (v, u) in one["parameters"].items()},
-        )
-        for one in mechanisms
-    )
-    save_model(model, dataclasses.replace(small_model(), mechanisms=tables))
-    current = telegraph(SAMPLES_OF_VO2)
-    signals = {
-        "current": current,
-        "resistance": np.full(current.size, 1e4),
-        "deflection": np.zeros(current.size),
-    }
-    record = Record(name="a", period_s=1e-3, use="test", signals=signals)
-    units = {"current": "mA", "resistance": "ohm", "deflection": "um"}
-    data = rtctl.write_dataset(
-        tmp_path / "data", [record], name="x", plant="vo2", units=units, holds={"current": hold}
-    )
-    errors = free_runs(model, data, tmp_path)
-    assert max(errors.values()) < ROUNDING, errors
-
-
-SAMPLES_OF_VO2 = 600

@@ -48,10 +48,16 @@ def turn(s: float, start: float, middle: float, end: float, h: float, tau: float
 
 
 @kernel
+def through(start: float, middle: float, end: float, x: float) -> float:
+    """Return the quadratic through start, middle and end at x in 0 .. 1."""
+    to_middle, to_end = middle - start, end - start
+    return float(start + x * (4.0 * to_middle - to_end + x * (2.0 * to_end - 4.0 * to_middle)))
+
+
+@kernel
 def at(nodes: FloatArray, row: int, x: float) -> float:
     """Return the quadratic through the nodes of a piece at x in 0 .. 1."""
-    to_middle, to_end = nodes[row, 1] - nodes[row, 0], nodes[row, 2] - nodes[row, 0]
-    return float(nodes[row, 0] + x * (4.0 * to_middle - to_end + x * (2.0 * to_end - 4.0 * to_middle)))
+    return through(nodes[row, 0], nodes[row, 1], nodes[row, 2], x)
 
 
 @background_kernel

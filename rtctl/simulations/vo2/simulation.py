@@ -118,6 +118,10 @@ class Vo2Simulation:
         more = [one for mechanism in added for one in neutral_parameters(mechanism)]
         return replace(self, parameters=(*self.parameters, *more), mechanisms=(*self.mechanisms, *added))
 
+    def instants(self, values: FloatArray, period_s: float) -> tuple[int, bool]:
+        """Return the substeps of a sample period for `values` (parameters,), and whether readings are taken at each."""
+        return self._grid(values, period_s, STEPS_PER_TIME_CONSTANT, 1)
+
     def acting(self) -> tuple[Vo2Mechanism, ...]:
         """Return the mechanisms that the model's own values have away from neutral."""
         return tuple(self._active(np.array([one.value for one in self.parameters])))

@@ -2,6 +2,7 @@
  *
  * real_t is float; compile with -DRTCTL_DOUBLE for double. Compile with -ffp-contract=off: a multiplication that is
  * fused with an addition gives other bits. Of a C library nothing is needed but the square root, which is exact.
+ * gcc and clang have it built in; other compilers take it from <math.h>: -DRTCTL_LIBM, double only.
  */
 #ifndef RTCTL_ARITHMETIC_H
 #define RTCTL_ARITHMETIC_H
@@ -9,7 +10,14 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#ifdef RTCTL_DOUBLE
+#ifdef RTCTL_LIBM
+#include <math.h>
+typedef double real_t;
+#define REAL_SQRT sqrt
+#define REAL_ABS fabs
+#define REAL_COPYSIGN copysign
+#define BY_PRECISION(of_double, of_float) (of_double)
+#elif defined RTCTL_DOUBLE
 typedef double real_t;
 #define REAL_SQRT __builtin_sqrt
 #define REAL_ABS __builtin_fabs
@@ -22,8 +30,13 @@ typedef float real_t;
 #define REAL_COPYSIGN __builtin_copysignf
 #define BY_PRECISION(of_double, of_float) ((real_t)(of_float))
 #endif
+#ifdef RTCTL_LIBM
+#define REAL_INFINITY ((real_t)INFINITY)
+#define REAL_NAN ((real_t)NAN)
+#else
 #define REAL_INFINITY ((real_t)__builtin_inf())
 #define REAL_NAN ((real_t)__builtin_nan(""))
+#endif
 #define R(x) ((real_t)(x)) /* a constant in the precision of the arithmetic */
 
 typedef struct { real_t *at; int32_t size; } real_array;                    /* memory that functions change */

@@ -1,29 +1,42 @@
-"""An identified VO2 model as a C plant: heating, two Preisach read-outs, gains and offsets of its signals."""
+"""An identified VO2 model as a C plant, translated from `rtctl.simulations.vo2.stepping`."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
-from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
 from rtctl.border.exported.c_plant import CPlant, CRequest, CVariable
-from rtctl.hysteresis.preisach.model import MAX_EXTREMA, PreisachParams
+from rtctl.border.simulation import FreeParameter
 from rtctl.models.vo2 import Vo2Model
 from rtctl.simulations.vo2.model import vo2_simulation
-from rtctl.simulations.vo2.nominal import middle, middle_reading
+from rtctl.simulations.vo2.simulation import STEPS_PER_TIME_CONSTANT, Vo2Simulation
+from rtctl.simulations.vo2.stepping.march import march_advance, march_look, march_start
+from rtctl.simulations.vo2.stepping.memory import memory_record
+from rtctl.simulations.vo2.stepping.values import (
+    FULL_NAMES,
+    constants_of,
+    neutral_values,
+    parameters_of,
+)
+from rtctl.translation.c99.arithmetic import ARITHMETIC
+from rtctl.translation.c99.program import function_lines, type_lines, wrapped
+from rtctl.translation.c99.tables import constant_lines, record_lines
+from rtctl.translation.inference import Program
+from rtctl.translation.instances import struct_of_values
+from rtctl.translation.types import REAL, StructType
 
 FOLDER = Path(__file__).parent
 UNITS = {"current": "mA", "resistance": "ohm", "deflection": "um"}
-STEPS_PER_TIME_CONSTANT = 8.0
-"""Communication steps that are proposed in a time constant of the heating."""
-IN_SOURCE = frozenset({"input.gain_drift", "sensor.ageing", "sensor.drift", "sensor.quantisation"})
-"""Mechanisms that `march.c` has."""
-REMEMBERED = 2
-"""Numbers besides those of both read-outs."""
+REASONS = {
+    "timing.skew": "the reading of a row at another instant is a matter of the recording, not of the plant"
+}
+"""Why mechanisms have no form in C."""
+LEAST_KEPT, MOST_KEPT = 256, 65536
+"""Communication steps whose command is remembered where it is delayed."""
 
 
 def vo2_plant(model: Vo2Model, source: str, request: CRequest) -> CPlant:
@@ -36,16 +49,16 @@ def vo2_plant(model: Vo2Model, source: str, request: CRequest) -> CPlant:
     """
     simulation = vo2_simulation(model, UNITS, source)
     acting = [one.id for one in simulation.acting()]
-    without_form = [identity for identity in acting if identity not in IN_SOURCE]
-    if without_form:
-        raise InputError(
-            f"{source}: {', '.join(without_form)} has no form in C yet: of mechanisms a VO2 unit has "
-            f"{', '.join(sorted(IN_SOURCE))}; take the tables out to export the rest"
-        )
+    refused = [f"{source}: {one} has no form in C: {REASONS[one]}" for one in acting if one in REASONS]
+    if refused:
+        raise InputError("\n".join(refused))
     shown = [one for one in simulation.parameters if one.mechanism in ("", *acting)]
     period_s = request.stimuli[0].period_s if request.stimuli else None
     proposed = float(f"{model.time_constant_s / STEPS_PER_TIME_CONSTANT:.1e}")
     step_s = request.step_s or period_s or proposed
+    longest_s, between = _resolved(simulation, period_s or step_s)
+    kept = _kept(shown, step_s) if "actuation.delay" in acting else 1
+    program = _Translated(model, shown, between, kept)
     return CPlant(
         kind="vo2",
         inputs=(CVariable(name="current", unit="mA", value=float(model.current.low), meaning="through the film"),),
@@ -62,48 +75,67 @@ def vo2_plant(model: Vo2Model, source: str, request: CRequest) -> CPlant:
             )
             for one in shown
         ),
-        memory=REMEMBERED + 2 * (1 + 2 * MAX_EXTREMA),
+        memory=sum(max(field.size, 1) for field in program.memory.fields),
         step_s=step_s,
-        longest_step_s=period_s or step_s,
+        longest_step_s=longest_s,
         method="heating exact over a step, two Preisach read-outs",
-        source="\n".join(_source(model, [one.name for one in shown], acting)),
+        source=program.text(),
         mechanisms=tuple(acting),
         direct=((), (), ()),
     )  # fmt: skip
 
 
-def _source(model: Vo2Model, names: Sequence[str], acting: Sequence[str]) -> Iterator[str]:
-    """Yield the parts of the source."""
-    yield f"#include <math.h>\n#include <string.h>\n\n#define EXTREMA {MAX_EXTREMA}"
-    for k, name in enumerate(names):
-        yield f"#define {_c_name(name)} value[{k}]"
-    for identity in acting:
-        yield f"#define HAS_{_c_name(identity)}"
-    middles = {
-        "CURRENT_MIDDLE": middle(model.current),
-        "READING_MIDDLE": middle_reading(model.resistance),
-        "DEFLECTION_MIDDLE": middle(model.deflection),
-    }
-    for name, number in middles.items():
-        yield f"#define {name} ({number!r}) /* about which the gain turns */"
-    yield (FOLDER / "preisach.c").read_text(encoding="utf-8")
-    yield from _read_out("film", model.resistance_preisach.params)
-    yield from _read_out("beam", model.deflection_preisach.params)
-    yield (FOLDER / "march.c").read_text(encoding="utf-8")
+def _resolved(simulation: Vo2Simulation, period_s: float) -> tuple[float, bool]:
+    """Return the substep [s] of the simulation, and whether it takes readings between samples."""
+    values = np.array([one.value for one in simulation.parameters])
+    substeps, between = simulation.instants(values, period_s)
+    return period_s / substeps, between
 
 
-def _c_name(name: str) -> str:
-    return name.replace(".", "_").upper()
+def _kept(shown: list[FreeParameter], step_s: float) -> int:
+    """Return how many communication steps are remembered: twice those of the delay."""
+    delay_s = next(one.value for one in shown if one.name == "actuation.delay.delay")
+    return min(max(2 * math.ceil(delay_s / step_s), LEAST_KEPT), MOST_KEPT)
 
 
-def _read_out(name: str, params: PreisachParams) -> Iterator[str]:
-    yield _table(f"{name}_grid", params.grid)
-    yield _table(f"{name}_nodes", params.nodes)
-    constants = ", ".join(repr(float(one)) for one in (params.sign, params.c, params.c1, params.c2))
-    yield f"static const preisach {name} = {{{params.grid.size}, {name}_grid, {name}_nodes, {constants}}};"
+class _Translated:
+    """The stepping functions of a model as C."""
 
+    def __init__(self, model: Vo2Model, shown: list[FreeParameter], between: bool, kept: int) -> None:
+        self._shown, self._kept = [one.name for one in shown], kept
+        self._constants = constants_of(model, between)
+        self.memory = memory_record(kept)
+        structs: dict[type, StructType] = {}
+        constants = struct_of_values(self._constants, structs)
+        parameters = struct_of_values(parameters_of({}), structs)
+        self._program = Program(structs)
+        passed = [parameters, constants]
+        self._program.add(march_start, [self.memory, REAL, *passed], [0] * 4)
+        self._program.add(march_look, [self.memory, REAL, *passed], [0] * 4)
+        self._program.add(march_advance, [self.memory, REAL, REAL, REAL, REAL, *passed], [0] * 7)
 
-def _table(name: str, values: FloatArray) -> str:
-    rows = np.atleast_2d(values)
-    text = ",\n    ".join(", ".join(repr(float(one)) for one in row) for row in rows)
-    return f"static const double {name}[] = {{\n    {text}\n}};"
+    def text(self) -> str:
+        """Return the source."""
+        return f"{wrapped(self._lines())}\n{(FOLDER / 'unit.c').read_text(encoding='utf-8')}"
+
+    def _lines(self) -> Iterator[str]:
+        yield "#include <string.h>\n#define RTCTL_LIBM"
+        yield ARITHMETIC.read_text(encoding="utf-8")
+        yield from type_lines(self._program)
+        yield from record_lines(self.memory)
+        yield from constant_lines("CONSTANTS", self._constants, {})
+        yield from function_lines(self._program)
+        yield from self._parameters()
+        yield f'#define KEPT "{self._kept}"'
+
+    def _parameters(self) -> Iterator[str]:
+        """Yield the function that hands the unit's parameters on; those that it has not are neutral."""
+        neutral = neutral_values()
+        yield "static Parameters parameters_of(const double *value)\n{\n    return (Parameters){"
+        for group, fields in FULL_NAMES.items():
+            inside = ", ".join(
+                f".{field} = " + (f"value[{self._shown.index(full)}]" if full in self._shown else repr(neutral[full]))
+                for field, full in fields.items()
+            )  # fmt: skip
+            yield f"        .{group} = {{{inside}}},"
+        yield "    };\n}"
