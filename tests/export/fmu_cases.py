@@ -42,6 +42,8 @@ MECHANISMS: dict[str, str] = {
     "drive.saturation": 'curvature = { value = 2.0, unit = "1/V^2" }',
     "drive.saturation clipped": 'clipped = { value = 0.9, unit = "dimensionless" }, limit = { value = 0.4, unit = "V" }',
     "drive.deadband": 'width = { value = 0.2, unit = "V" }',
+    "drive.delay": 'delay = { value = 5.3, unit = "ms" }',
+    "drive.delay whole": 'delay = { value = 4.0, unit = "ms" }',
     "drive.lag": 'time_constant = { value = 4.0, unit = "ms" }, settled = { value = 0.5, unit = "dimensionless" }',
     "drive.offset": 'offset = { value = 0.3, unit = "V" }',
     "input.gain_drift": 'rate = { value = 0.2, unit = "1/s" }',

@@ -233,11 +233,11 @@ def test_what_cannot_be_exported_is_named_with_its_reason(
     model = oscillator(tmp_path)
     model.write_text(
         model.read_text()
-        + '[[model.mechanisms]]\nid = "drive.delay"\nparameters = { delay = { value = 1.0, unit = "ms" } }\n'
+        + '[[model.mechanisms]]\nid = "timing.skew"\nparameters = { late = { value = 1.0, unit = "ms" } }\n'
     )
     assert main(["export", "fmu", "--model", str(model), "--out", str(tmp_path / "a.fmu")]) == 2
     said = capsys.readouterr().err
-    assert "drive.delay has no form in C: a delay needs" in said
+    assert "timing.skew has no form in C: the reading of a row at another instant" in said
     assert str(model) in said
     assert not (tmp_path / "a.fmu").exists()
 

@@ -1,27 +1,59 @@
-/* The plant: its memory is the states in SI units, then the signs of what its events watch. */
+/* The plant: its memory is the states in SI units, then the signs of what its events watch, then the signals'. */
+#ifndef EVENTS
+#define SIDES 0
+#else
+#define SIDES EVENTS
+#endif
+
 static void si_parameters(const plant *m, double *p)
 {
     for (int k = 0; k < PLANT_PARAMETERS; k++) p[k] = m->parameter[k] * parameter_factors[k];
 }
 
-static void si_inputs(const plant *m, double passed, double *u)
+/* Inputs at start, middle and end of a step, `passed` into the communication step; those at its end last. */
+static const char *si_inputs(plant *m, double passed, double h, double (*u)[INPUTS])
 {
-    for (int k = 0; k < PLANT_INPUTS; k++) u[k] = (m->input[k] + m->slope[k] * passed) * input_factors[k];
-    if (PLANT_INPUTS == 0) u[0] = 0.0;
+    (void)m; (void)passed; (void)h;
+    for (int n = 0; n < 3; n++) u[n][0] = 0.0;
+    for (int n = 0; n < 3; n++) {
+        for (int k = 0; k < PLANT_INPUTS; k++) u[n][k] = m->input[k] + m->slope[k] * (passed + 0.5 * n * h);
+    }
+#ifdef SIGNALS
+    const char *wrong = input_paths((signals *)(m->memory + STATES + SIDES), m->parameter, m->time + passed, h, u);
+    if (wrong) return wrong;
+#endif
+    for (int n = 0; n < 3; n++) {
+        for (int k = 0; k < PLANT_INPUTS; k++) u[n][k] *= input_factors[k];
+    }
+    return 0;
+}
+
+/* Outputs in their units under the inputs in SI units. */
+static void own_outputs(const plant *m, const double *u, double t, const double *p, double *y)
+{
+    outputs(m->memory, u, t, p, y);
+    for (int k = 0; k < PLANT_OUTPUTS; k++) y[k] /= output_factors[k];
 }
 
 const char *plant_start(plant *m)
 {
+    double p[PLANT_AT_LEAST_ONE(PLANT_PARAMETERS)], u[3][INPUTS];
+    memset(m->memory, 0, sizeof m->memory);
     for (int r = 0; r < STATES; r++) m->memory[r] = m->initial[r] * state_factors[r];
     within(m->memory);
     m->time = 0.0;
     memcpy(m->level, m->input, sizeof m->level);
-#ifdef EVENTS
-    double p[PLANT_AT_LEAST_ONE(PLANT_PARAMETERS)], u[INPUTS];
     si_parameters(m, p);
-    si_inputs(m, 0.0, u);
-    guards(m->memory, u, 0.0, p, m->memory + STATES);
+    const char *wrong = si_inputs(m, 0.0, 0.0, u);
+    if (wrong) return wrong;
+#ifdef EVENTS
+    guards(m->memory, u[0], 0.0, p, m->memory + STATES);
     for (int e = 0; e < EVENTS; e++) m->memory[STATES + e] = sign_of(m->memory[STATES + e]);
+#endif
+#ifdef SIGNALS
+    double y[PLANT_OUTPUTS];
+    own_outputs(m, u[0], 0.0, p, y);
+    instruments_between((signals *)(m->memory + STATES + SIDES), m->parameter, 0.0, y);
 #endif
     return plant_read(m);
 }
@@ -36,13 +68,23 @@ const char *plant_advance(plant *m, double h)
     si_parameters(m, p);
     s.h = h / steps;
     s.p = p;
+#ifdef SIGNALS
+    signals *of_signals = (signals *)(m->memory + STATES + SIDES);
+    remember_inputs(of_signals, m);
+#endif
     for (long i = 0; i < steps; i++) {
         s.t = m->time + i * s.h;
-        for (int n = 0; n < 3; n++) si_inputs(m, (i + 0.5 * n) * s.h, s.u[n]);
+        const char *wrong = si_inputs(m, i * s.h, s.h, s.u);
+        if (wrong) return wrong;
 #ifdef EVENTS
         if (!carry_on(m, x, &s)) return "events follow each other without end within one step";
 #else
         one_step(x, &s);
+#endif
+#ifdef SIGNALS
+        double y[PLANT_OUTPUTS];
+        own_outputs(m, s.u[2], s.t + s.h, p, y);
+        instruments_between(of_signals, m->parameter, s.h, y);
 #endif
     }
     m->time += h;
@@ -55,11 +97,19 @@ const char *plant_advance(plant *m, double h)
 
 const char *plant_read(plant *m)
 {
-    double p[PLANT_AT_LEAST_ONE(PLANT_PARAMETERS)], u[INPUTS], y[PLANT_OUTPUTS];
+    double p[PLANT_AT_LEAST_ONE(PLANT_PARAMETERS)], u[INPUTS] = {0.0}, y[PLANT_OUTPUTS];
     si_parameters(m, p);
     for (int k = 0; k < PLANT_INPUTS; k++) u[k] = m->level[k] * input_factors[k];
-    outputs(m->memory, u, m->time, p, y);
-    for (int k = 0; k < PLANT_OUTPUTS; k++) m->output[k] = y[k] / output_factors[k];
+#ifdef SIGNALS
+    const signals *of_signals = (const signals *)(m->memory + STATES + SIDES);
+    inputs_behind(of_signals, u);
+#endif
+    own_outputs(m, u, m->time, p, y);
+#ifdef SIGNALS
+    outputs_behind(of_signals, y);
+    instruments(m->parameter, m->time, y);
+#endif
+    for (int k = 0; k < PLANT_OUTPUTS; k++) m->output[k] = y[k];
     for (int r = 0; r < STATES; r++) m->state[r] = m->memory[r] / state_factors[r];
     return 0;
 }

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from functools import partial
+from collections.abc import Sequence
 
 import numpy as np
 
-from plant_sim.equations.integration.inputs import input_nodes
 from plant_sim.equations.integration.steps import Places, Plan, plan, slopes
 from plant_sim.equations.marching import Marching
+from plant_sim.equations.mechanisms.courses import Acting, Inputs
 from plant_sim.equations.model import equations_simulation
 from plant_sim.equations.system import System
 from rtctl.border.arrays import FloatArray
@@ -28,8 +28,17 @@ SLOWEST_S = 1.0
 """Communication step that is proposed for a model whose rates at the start are all zero [s]."""
 
 
-def steps_for(model: EquationsFile, system: System, source: str, request: CRequest) -> tuple[Plan, float]:
+def steps_for(
+    model: EquationsFile, system: System, source: str, request: CRequest, acting: Sequence[Acting]
+) -> tuple[Plan, float]:
     """Return the integrator's steps between two communication points, and the time between these [s].
+
+    Args:
+        model: The model.
+        system: Its equations with the terms of mechanisms.
+        source: Its file, for messages.
+        request: What an export asks.
+        acting: Mechanisms of its inputs.
 
     Raises:
         InputError: No sensible step resolves the model; it names `source`.
@@ -38,7 +47,7 @@ def steps_for(model: EquationsFile, system: System, source: str, request: CReque
         if request.stimuli:
             factors = equations_simulation(model, request.units, source).input_factors
             period_s = request.stimuli[0].period_s
-            plans = [_resolving(system, one, factors) for one in request.stimuli]
+            plans = [_resolving(system, one, factors, acting) for one in request.stimuli]
             finest = min(one.period_s / how.substeps for one, how in zip(request.stimuli, plans, strict=True))
             step_s = request.step_s or period_s
             implicit = any(how.implicit for how in plans)
@@ -50,11 +59,11 @@ def steps_for(model: EquationsFile, system: System, source: str, request: CReque
         raise InputError(f"{source}: {error}") from None
 
 
-def _resolving(system: System, stimulus: Stimulus, factors: FloatArray) -> Plan:
+def _resolving(system: System, stimulus: Stimulus, factors: FloatArray, acting: Sequence[Acting]) -> Plan:
     """Return the steps with which a record is simulated; inputs are `factors` (inputs,) SI units each."""
     start = np.array([[stimulus.initial.get(one.name, one.initial)] for one in system.states])
     p = _parameters(system)[:, None]
-    nodes = partial(input_nodes, stimulus, system, factors)
+    nodes = Inputs(stimulus, system, factors, acting).nodes
     return Marching(system, stimulus, nodes, start, p, np.zeros(len(p))).resolve()
 
 

@@ -9,11 +9,14 @@ import numpy as np
 
 from plant_sim.equations.c_source.laws import laws, numbers
 from plant_sim.equations.c_source.planning import steps_for
-from plant_sim.equations.exported.extended import expressed_system
+from plant_sim.equations.c_source.signals import REASONS, Signals
+from plant_sim.equations.exported.extended import Outside, parted_system
 from plant_sim.equations.integration.steps import Plan
 from plant_sim.equations.language.tree import Tree, names_in, written
+from plant_sim.equations.mechanisms.courses import Acting
 from plant_sim.equations.system import System
 from rtctl.border.equations.file import EquationsFile
+from rtctl.border.errors import InputError
 from rtctl.border.exported.c_plant import CPlant, CRequest, CVariable
 
 FOLDER = Path(__file__).parent
@@ -31,8 +34,11 @@ def equations_plant(model: EquationsFile, source: str, request: CRequest) -> CPl
     Raises:
         InputError: A part of the model has no form in C; it is named.
     """
-    system = expressed_system(model, source)
-    how, step_s = steps_for(model, system, source, request)
+    system, outside = parted_system(model, source)
+    _check(outside, source)
+    acting = [Acting(one.mechanism, one.values) for one in outside if one.is_input]
+    how, step_s = steps_for(model, system, source, request, acting)
+    signals = Signals(system, outside, step_s, len(system.parameters))
     return CPlant(
         kind="equations",
         inputs=tuple(CVariable(name=one.name, unit=one.unit) for one in system.inputs),
@@ -46,15 +52,25 @@ def equations_plant(model: EquationsFile, source: str, request: CRequest) -> CPl
                 low=one.low if np.isfinite(one.low) else None, high=one.high if np.isfinite(one.high) else None,
             )
             for one in system.parameters
-        ),
-        memory=len(system.states) + len(system.events),
+        )
+        + signals.parameters,
+        memory=len(system.states) + len(system.events) + signals.memory,
         step_s=step_s,
         longest_step_s=step_s / how.substeps,
         method="linearly implicit Euler, extrapolated to order 4" if how.implicit else "Runge-Kutta of order 4",
-        source="\n".join(_source(system, how)),
+        source="\n".join(_source(system, how, signals)),
         direct=tuple(_direct(system, one.value) for one in system.outputs),
         mechanisms=tuple(one.id for one in model.model.mechanisms),
     )  # fmt: skip
+
+
+def _check(outside: tuple[Outside, ...], source: str) -> None:
+    """Raise InputError for mechanisms that have no form in C."""
+    lines = [
+        f"{source}: {one.id} has no form in C: {REASONS[one.law]}" for one in outside if one.law in REASONS
+    ]
+    if lines:
+        raise InputError("\n".join(lines))
 
 
 def _direct(system: System, value: Tree) -> tuple[str, ...]:
@@ -64,12 +80,14 @@ def _direct(system: System, value: Tree) -> tuple[str, ...]:
     return tuple(one.name for one in system.inputs if one.name in named)
 
 
-def _source(system: System, how: Plan) -> Iterator[str]:
+def _source(system: System, how: Plan, signals: Signals) -> Iterator[str]:
     """Yield the parts of the source."""
     yield "#include <math.h>\n#include <string.h>\n"
     yield "\n".join(_comment(system))
     yield numbers("input_factors", (one.factor for one in system.inputs))
-    yield numbers("parameter_factors", (one.factor for one in system.parameters))
+    yield numbers(
+        "parameter_factors", [*(one.factor for one in system.parameters), *(1.0 for _ in signals.parameters)]
+    )
     yield numbers("state_factors", (one.factor for one in system.states))
     yield numbers("output_factors", (one.factor for one in system.outputs))
     yield numbers("low", (one.low for one in system.states))
@@ -90,6 +108,7 @@ def _source(system: System, how: Plan) -> Iterator[str]:
     for part in parts:
         yield (FOLDER / part).read_text()
     yield _STEPS[how.implicit, bool(system.events)]
+    yield from signals.source()
     yield (FOLDER / "march.c").read_text()
 
 

@@ -22,10 +22,17 @@ const char *plant_advance(plant *m, double h)
     double p[ROWS];
 
     fill_rows(m->parameter, step, p);
+#ifdef HAS_DRIVE_DELAY
+    const double *value = m->parameter;
+    push(&s->drive, m->time, m->input[0], m->slope[0]);
+#endif
     for (long i = 0; i < instants * each; i++) {
         const double t = m->time + i * step;
         double u[3];
         for (int c = 0; c < 3; c++) u[c] = m->input[0] + m->slope[0] * ((i + 0.5 * c) * step);
+#ifdef HAS_DRIVE_DELAY
+        if (!delayed(&s->drive, t, step, DRIVE_DELAY_DELAY, u)) return FORGOTTEN("drive.delay");
+#endif
         drive_path(s, m->parameter, t, step, u);
         second_mode(s, m->parameter, step, u);
         integrate(s, u, t, step, p);

@@ -11,6 +11,7 @@ import numpy as np
 
 from plant_sim.oscillator.c_source.equation import CEquation, c_equation
 from plant_sim.oscillator.c_source.planning import Steps, steps_for
+from plant_sim.oscillator.c_source.signals import line_size
 from plant_sim.oscillator.c_source.traced import Traced
 from plant_sim.oscillator.c_source.translation import EXTREMES
 from plant_sim.oscillator.device_table import signal_units
@@ -19,28 +20,25 @@ from plant_sim.oscillator.mechanism import OscillatorMechanism, Values
 from plant_sim.oscillator.model import oscillator_simulation
 from plant_sim.oscillator.simulation import OscillatorSimulation
 from rtctl.border.errors import InputError
-from rtctl.border.exported.c_plant import CPlant, CRequest, CVariable
+from rtctl.border.exported.c_plant import CPlant, CRequest, CVariable, steps_kept
 from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import FreeParameter
 
 FOLDER = Path(__file__).parent
 IN_PATH = frozenset(
     {
-        "input.gain_drift", "drive.offset", "drive.deadband", "drive.saturation", "drive.harmonics", "drive.lag",
+        "drive.delay", "input.gain_drift", "drive.offset", "drive.deadband", "drive.saturation", "drive.harmonics",
+        "drive.lag",
         "actuator.backlash", "mode.second", "sensor.highpass", "sensor.lag", "sensor.saturation", "sensor.offset",
         "sensor.hum", "sensor.drift", "sensor.quantisation",
     }
 )  # fmt: skip
 """Mechanisms outside the equation that `path.c` has."""
 REASONS = {
-    "drive.delay": "a delay needs the inputs of the past, whose number follows from the simulator's steps; put a delay "
-    "before the unit in the simulator",
     "timing.skew": "the reading of a row at another instant is a matter of the recording, not of the plant",
     "input.hold": "the simulator says how an input goes on between communication points",
 }
 """Why mechanisms have no form in C."""
-EXTREMES_IN_PATH = {"drive.deadband", "drive.saturation", "actuator.backlash", "sensor.saturation"}
-"""Those of them that need the larger and the smaller of two numbers."""
 PROPAGATOR = 14
 """Numbers in a `propagator` of linear.c."""
 REMEMBERED = 15
@@ -68,6 +66,8 @@ def oscillator_plant(model: ModelFile, source: str, request: CRequest) -> CPlant
     except TypeError as error:
         raise InputError(f"{source}: {error}") from None
     steps = steps_for(simulation, acting, source, request)
+    delay_s = sum(one.value for one in shown if one.mechanism == "drive.delay")
+    kept = steps_kept(delay_s, steps.step_s)
     z, v, u = (simulation.units[name] for name in ("displacement", "velocity", "drive"))
     return CPlant(
         kind="oscillator",
@@ -78,11 +78,14 @@ def oscillator_plant(model: ModelFile, source: str, request: CRequest) -> CPlant
         ),
         states=(CVariable(name="displacement", unit=z), CVariable(name="velocity", unit=v)),
         parameters=tuple(_variable(one) for one in shown),
-        memory=REMEMBERED + 2 * PROPAGATOR + max(equation.own_states, 1),
+        memory=REMEMBERED
+        + 2 * PROPAGATOR
+        + max(equation.own_states, 1)
+        + (line_size(kept) if delay_s > 0.0 else 0),
         step_s=steps.step_s,
         longest_step_s=steps.longest_s,
         method="Strang splitting, its linear part exact" if steps.splitting else "Runge-Kutta of order 4",
-        source="\n".join(_source(shown, mechanisms, equation, steps)),
+        source="\n".join(_source(shown, mechanisms, equation, steps, kept)),
         direct=((), ()),
         mechanisms=tuple(one.id for one in acting),
     )
@@ -123,6 +126,7 @@ def _source(
     mechanisms: Sequence[tuple[OscillatorMechanism, Values]],
     equation: CEquation,
     steps: Steps,
+    kept: int,
 ) -> Iterator[str]:
     """Yield the parts of the source."""
     yield "#include <math.h>\n#include <string.h>\n"
@@ -135,13 +139,17 @@ def _source(
     if equation.rubs:
         yield "#define RUBS"
     acting = {mechanism.id for mechanism, _ in mechanisms}
+    yield _part("signals/paths.c")
+    if "drive.delay" in acting:
+        yield f"#define KEPT {kept}"
+        yield _part("signals/delay.c")
     yield _part("propagator.c")
     if steps.splitting or "mode.second" in acting:
         yield _part("linear.c")
     yield _part("motion.c")
     forces = "" if steps.splitting else equation.forces  # a splitting has its own
     for name, text in EXTREMES.items():
-        if f"{name}(" in forces or EXTREMES_IN_PATH & acting:
+        if f"{name}(" in forces:
             yield text
     yield equation.coefficients
     yield forces

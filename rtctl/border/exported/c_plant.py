@@ -6,6 +6,7 @@ The source defines three functions of `plant`, a plain structure of doubles whos
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -63,6 +64,15 @@ class CPlant:
     """Inputs on which each output depends without delay."""
     mechanisms: tuple[str, ...] = ()
     """Ids of the mechanisms in it."""
+
+
+LEAST_KEPT, MOST_KEPT = 256, 65536
+"""Communication steps that are remembered of an input that is delayed."""
+
+
+def steps_kept(delay_s: float, step_s: float) -> int:
+    """Return how many communication steps of `step_s` [s] are remembered: twice those that a delay holds."""
+    return min(max(2 * math.ceil(delay_s / step_s), LEAST_KEPT), MOST_KEPT)
 
 
 HEADER = Path(__file__).with_name("plant.h")

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from rtctl.border.errors import InputError
-from rtctl.border.exported.c_plant import CPlant, CRequest, CVariable
+from rtctl.border.exported.c_plant import CPlant, CRequest, CVariable, steps_kept
 from rtctl.border.simulation import FreeParameter
 from rtctl.models.vo2 import Vo2Model
 from rtctl.simulations.vo2.model import vo2_simulation
@@ -35,8 +35,6 @@ REASONS = {
     "timing.skew": "the reading of a row at another instant is a matter of the recording, not of the plant"
 }
 """Why mechanisms have no form in C."""
-LEAST_KEPT, MOST_KEPT = 256, 65536
-"""Communication steps whose command is remembered where it is delayed."""
 
 
 def vo2_plant(model: Vo2Model, source: str, request: CRequest) -> CPlant:
@@ -57,7 +55,8 @@ def vo2_plant(model: Vo2Model, source: str, request: CRequest) -> CPlant:
     proposed = float(f"{model.time_constant_s / STEPS_PER_TIME_CONSTANT:.1e}")
     step_s = request.step_s or period_s or proposed
     longest_s, between = _resolved(simulation, period_s or step_s)
-    kept = _kept(shown, step_s) if "actuation.delay" in acting else 1
+    delay_s = sum(one.value for one in shown if one.mechanism == "actuation.delay")
+    kept = steps_kept(delay_s, step_s) if delay_s > 0.0 else 1
     program = _Translated(model, shown, between, kept)
     return CPlant(
         kind="vo2",
@@ -90,12 +89,6 @@ def _resolved(simulation: Vo2Simulation, period_s: float) -> tuple[float, bool]:
     values = np.array([one.value for one in simulation.parameters])
     substeps, between = simulation.instants(values, period_s)
     return period_s / substeps, between
-
-
-def _kept(shown: list[FreeParameter], step_s: float) -> int:
-    """Return how many communication steps are remembered: twice those of the delay."""
-    delay_s = next(one.value for one in shown if one.name == "actuation.delay.delay")
-    return min(max(2 * math.ceil(delay_s / step_s), LEAST_KEPT), MOST_KEPT)
 
 
 class _Translated:
