@@ -25,10 +25,11 @@ def main() -> None:
     import fmpy
     from export.fmu_cases import MECHANISMS, free_runs, oscillator, oscillator_data
     from export.test_fmu_equals_simulate import PERIODS_S, equations_data
-    from vo2_model_cases import small_model, telegraph
+    from export.test_fmu_signals import ALL as SIGNALS
+    from export.test_fmu_signals import with_mechanisms
+    from export.test_fmu_vo2 import CASES, recorded, vo2
 
     import rtctl
-    from rtctl.models.vo2 import save_model
 
     warnings.simplefilter("ignore")
     logging.disable(logging.CRITICAL)
@@ -46,19 +47,18 @@ def main() -> None:
             own = folder / f"oscillator{k}"
             own.mkdir()
             groups["oscillator"].append((oscillator(own, *([case] if case else [])), data))
-        save_model(folder / "vo2.toml", small_model())
-        current = telegraph(600)
-        signals = {"current": current, "resistance": np.full(600, 1e4), "deflection": np.zeros(600)}
-        record = rtctl.Record(name="a", period_s=1e-3, use="test", signals=signals)
-        units = {"current": "mA", "resistance": "ohm", "deflection": "um"}
-        groups["vo2"].append(
-            (
-                folder / "vo2.toml",
-                rtctl.write_dataset(
-                    folder / "v", [record], name="x", plant="vo2", units=units, holds={"current": "linear"}
-                ),
+        groups["equations, a signal's mechanism"] = []
+        plain = EQUATIONS / "oscillator.toml"
+        for k, identity in enumerate(SIGNALS):
+            own = folder / f"signal{k}"
+            own.mkdir()
+            groups["equations, a signal's mechanism"].append(
+                (with_mechanisms(own, identity), equations_data(plain, own, "linear", 2e-3))
             )
-        )
+        for k, case in enumerate(CASES):
+            own = folder / f"vo2-{k}"
+            own.mkdir()
+            groups["vo2"].append((vo2(own, *([] if case == "nothing" else [case])), recorded(own, "linear")))
         print(
             "| kind | models | largest difference, of the range | file [kB] | library [kB] | step in FMPy [us] |"
         )

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import subprocess
-import sys
 import zipfile
 from pathlib import Path
 
@@ -196,35 +194,6 @@ def test_input_derivatives_of_fmi_2_are_slopes(tmp_path: Path) -> None:
 def test_two_exports_are_the_same_to_the_bit(tmp_path: Path) -> None:
     one, other = (rtctl.export_fmu(EXAMPLE, tmp_path / name / "a.fmu").path for name in ("x", "y"))
     assert one.read_bytes() == other.read_bytes()
-
-
-def test_a_second_importer_computes_the_same(tmp_path: Path) -> None:
-    pytest.importorskip("libcosimpy")
-    program = Path(__file__).with_name("cosim_program.py")
-    unit = rtctl.export_fmu(
-        oscillator(tmp_path, "sensor.lag"), tmp_path / "a.fmu", version="2.0", step_s=2e-3
-    )
-    done = subprocess.run(
-        [sys.executable, str(program), str(unit.path)], capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr[-2000:]
-    seen = json.loads(
-        next(line for line in done.stdout.splitlines() if line.startswith("[0.") or line.startswith("[-"))
-    )
-    t = 2e-3 * np.arange(120)
-    inputs = np.array(
-        list(zip(t, np.sin(0.15 * np.arange(120)), strict=True)), dtype=[("time", "f8"), ("drive", "f8")]
-    )
-    ran = fmpy.simulate_fmu(
-        str(unit.path),
-        stop_time=t[-1],
-        step_size=2e-3,
-        output_interval=2e-3,
-        input=inputs,
-        output=["displacement"],
-    )
-    np.testing.assert_allclose(seen[:-1], ran["displacement"][1:], rtol=0.0, atol=1e-15)
-    assert np.ptp(seen) > 0.01
 
 
 def test_what_cannot_be_exported_is_named_with_its_reason(
