@@ -78,9 +78,14 @@ def _fill(
                 yield f"{where} lacks its parameter {one.name} [{one.unit}]"
             continue
         try:
-            values[at[f"{table.id}.{one.name}"]] = given.to(one.unit)
+            value = given.to(one.unit)
         except ValueError as error:
             yield f"{where}, parameter {one.name}: {error}"
+            continue
+        if not one.low <= value <= one.high:
+            limits = f"between {one.low:g} and {one.high:g} {one.unit}"
+            yield f"{where}, parameter {one.name} = {value:g} {one.unit} must lie {limits}"
+        values[at[f"{table.id}.{one.name}"]] = value
 
 
 def signal_problems(system: System, units: Mapping[str, str]) -> list[str]:

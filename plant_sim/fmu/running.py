@@ -82,6 +82,7 @@ class UnitRuns:
         self.unit = unit
         self.is_3 = unit.description.fmiVersion == "3.0"
         self._lock = threading.Lock()
+        self._heard: set[str] = set()
         folder = tempfile.mkdtemp(prefix="rtctl-fmu-")
         weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
         self._folder = fmpy.extract(str(unit.path), folder)
@@ -122,7 +123,9 @@ class UnitRuns:
         import fmpy
 
         try:
-            self._slave = fmpy.instantiate_fmu(self._folder, self.unit.description, "CoSimulation")
+            self._slave = fmpy.instantiate_fmu(
+                self._folder, self.unit.description, "CoSimulation", logger=self._hear
+            )
         except Exception as error:  # the unit's own code: anything
             raise InputError(f"{self.unit.path}: the unit does not start: {error}") from None
         self._fresh = True
@@ -135,6 +138,13 @@ class UnitRuns:
         self._derive: Any = (
             self._function("fmi2SetRealInputDerivatives", _SLOPES_2) if self._derives else None
         )
+
+    def _hear(self, *words: Any) -> None:
+        """Note what the unit says; each sentence is told once, as a fit may hear it a thousand times."""
+        said = words[-1].decode(errors="replace") if isinstance(words[-1], bytes) else str(words[-1])
+        if said not in self._heard:
+            self._heard.add(said)
+            _log.warning("%s: the unit says: %s", self.unit.path, said)
 
     def _function(self, name: str, kind: Any) -> Any:
         address = ctypes.cast(getattr(self._slave.dll, name), ctypes.c_void_p).value

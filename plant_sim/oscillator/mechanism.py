@@ -35,6 +35,8 @@ class Sampled(NamedTuple):
     """Other holds and their weights; the rest of the weight is that of `hold`."""
     onward: FloatArray = np.empty(0)
     """Drive (m,) after `samples`: a band-limited drive before its last sample depends on what came then."""
+    within: bool = False
+    """Whether a jump within a step stays between its levels: a law that is not linear follows."""
 
 
 class Driven(NamedTuple):
@@ -114,6 +116,8 @@ class OscillatorMechanism(Mechanism):
     """Row of `plant_sim.oscillator.equation.terms` -> parameter, or function of all of them, that is added to it."""
     memory: Memory | None = None
     sensor: Callable[[Moved, Values], Moved] | None = None
+    bends: bool = False
+    """Whether its law of the drive is not linear."""
     looks_between: bool = False
     """Whether a sensor's reading depends on the motion between samples: it is given more instants then."""
     unread: Callable[[float, Values], float] | None = None

@@ -319,6 +319,7 @@ class OscillatorSimulation:
             stimulus.period_s,
             stimulus.holds.get("drive", "linear"),
             onward=stimulus.onward.get("drive", np.empty(0)),
+            within=any(one.bends for one in active),
         )
         for mechanism in sorted(active, key=lambda one: one.stage):
             if mechanism.input is not None:

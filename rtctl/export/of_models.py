@@ -23,7 +23,9 @@ def build_c_plant(model: Any, source: str, kind: str, request: CRequest) -> CPla
     Raises:
         InputError: The model, or a part of it, has no form in C; it is named.
     """
-    made: CPlant = _part(kind, "c_plant", source, "cannot be exported as C source")(model, source, request)
+    made: CPlant = _part(kind, "c_plant", source, "has no C source to be exported as a unit or program")(
+        model, source, request
+    )
     return made
 
 

@@ -5,6 +5,10 @@
 #define SIDES EVENTS
 #endif
 
+#ifdef SIGNALS
+typedef char signals_fit[(STATES + SIDES) * sizeof(double) + sizeof(signals) <= sizeof(((plant *)0)->memory) ? 1 : -1];
+#endif
+
 static void si_parameters(const plant *m, double *p)
 {
     for (int k = 0; k < PLANT_PARAMETERS; k++) p[k] = m->parameter[k] * parameter_factors[k];
@@ -62,6 +66,7 @@ const char *plant_advance(plant *m, double h)
 {
     double p[PLANT_AT_LEAST_ONE(PLANT_PARAMETERS)], *x = m->memory;
     const double wanted = ceil(h / m->longest_step - 1e-9);
+    if (wanted > 1e8) return "longest_step is too short for this communication step";
     const long steps = wanted > 1.0 ? (long)wanted : 1;
     step s;
 
@@ -102,7 +107,7 @@ const char *plant_read(plant *m)
     for (int k = 0; k < PLANT_INPUTS; k++) u[k] = m->level[k] * input_factors[k];
 #ifdef SIGNALS
     const signals *of_signals = (const signals *)(m->memory + STATES + SIDES);
-    inputs_behind(of_signals, u);
+    inputs_behind(of_signals, m->parameter, m->level, m->time, u);
 #endif
     own_outputs(m, u, m->time, p, y);
 #ifdef SIGNALS

@@ -38,7 +38,7 @@ def equations_plant(model: EquationsFile, source: str, request: CRequest) -> CPl
     _check(outside, source)
     acting = [Acting(one.mechanism, one.values) for one in outside if one.is_input]
     how, step_s = steps_for(model, system, source, request, acting)
-    signals = Signals(system, outside, step_s, len(system.parameters))
+    signals = Signals(source, system, outside, step_s, len(system.parameters))
     return CPlant(
         kind="equations",
         inputs=tuple(CVariable(name=one.name, unit=one.unit) for one in system.inputs),

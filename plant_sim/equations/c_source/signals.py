@@ -20,7 +20,7 @@ REASONS = {
 }
 """Why mechanisms of signals have no form in C, by the last word of their ids."""
 INPUT_LAWS = {
-    "delay": "if (h > 0.0 && !delayed(&s->{own}, t, h, {delay}, c)) return FORGOTTEN(\"{id}\");",
+    "delay": "if (h > 0.0 && !delayed(&s->{own}, t, h, {delay}, {within}, c)) return FORGOTTEN(\"{id}\");",
     "gain_drift": "for (int n = 0; n < 3; n++) c[n] *= 1.0 + {rate} * drifted(t + 0.5 * n * h, {settling_time});",
     "offset": "for (int n = 0; n < 3; n++) c[n] += {offset};",
     "dead_band": "for (int n = 0; n < 3; n++) c[n] -= cut(c[n], -{width}, {width});",
@@ -31,6 +31,14 @@ INPUT_LAWS = {
     "backlash": "if (s->begun == 0.0) s->{own} = 0.0;\n"
     "        for (int n = 0; n < 3; n++) c[n] = s->{own} = cut(s->{own}, c[n] - {width}, c[n] + {width});",
 }  # fmt: skip
+NOW_LAWS = {
+    "gain_drift": "c *= 1.0 + {rate} * drifted(t, {settling_time});",
+    "offset": "c += {offset};",
+    "dead_band": "c -= cut(c, -{width}, {width});",
+    "saturation": "c = bent(c, {curvature}, {clipped}, {limit});",
+    "backlash": "c = cut(s->{own}, c - {width}, c + {width});",
+}
+"""The same of an input as it is set now; what is delayed or lags is as it was at the end of the last step."""
 REMEMBERING = {
     "highpass": "y -= behind(&s->{own}, {rate}, interval, y, 0.0);",
     "lag": "y = behind(&s->{own}, 1.0 / {time_constant}, interval, y, y);",
@@ -50,6 +58,8 @@ FILTER = 4
 class Signals:
     """The mechanisms of a model's signals in C."""
 
+    name: str
+    """Source, for messages."""
     system: System
     outside: tuple[Outside, ...]
     step_s: float
@@ -64,8 +74,9 @@ class Signals:
     @property
     def kept(self) -> int:
         """Communication steps that are remembered of a delayed input."""
-        longest = max((one.values["delay"] for one in self.outside if one.law == "delay"), default=0.0)
-        return steps_kept(longest, self.step_s)
+        delays = {one.id: one.values["delay"] for one in self.outside if one.is_input and one.law == "delay"}
+        longest = max(delays, key=lambda name: delays[name], default="")
+        return steps_kept(delays.get(longest, 0.0), self.step_s, f"{self.name}: {longest}")
 
     @property
     def memory(self) -> int:
@@ -99,7 +110,10 @@ class Signals:
         )  # fmt: skip
         yield self._function("static void remember_inputs(signals *s, const plant *m)", self._pushed(), "")
         yield self._function(
-            "static void inputs_behind(const signals *s, double *u)", self._replaced_inputs(), ""
+            "static void inputs_behind(\n    const signals *s, const double *value, const double *level, "
+            "double t, double *u)",
+            self._replaced_inputs(),
+            "",
         )
         yield self._function(
             "static void outputs_behind(const signals *s, double *y)", self._replaced_outputs(), ""
@@ -154,11 +168,15 @@ class Signals:
                 yield f"    push(&s->{one.c_name}, m->time, m->input[{k}], m->slope[{k}]);"
 
     def _replaced_inputs(self) -> Iterator[str]:
-        """Yield what sets the inputs that mechanisms change to those at the end of the last step [SI]."""
-        changed = {one.signal for one in self.outside if one.is_input}
+        """Yield what sets the inputs that mechanisms change to what reaches the equations now [SI]."""
         for k, source in enumerate(self.system.inputs):
-            if source.name in changed:
+            own = [one for one in self.outside if one.is_input and one.signal == source.name]
+            if any(one.law in ("delay", "lag") for one in own):
                 yield f"    u[{k}] = s->input[{k}] * input_factors[{k}];"
+            elif own:
+                yield f"    {{ /* {source.name} */\n        double c = level[{k}];"
+                yield from self._statements(own, NOW_LAWS)
+                yield f"        u[{k}] = c * input_factors[{k}];\n    }}"
 
     def _replaced_outputs(self) -> Iterator[str]:
         """Yield what sets the outputs that a remembering instrument reads."""
@@ -169,12 +187,15 @@ class Signals:
 
     def _statements(self, own: Iterable[Outside], laws: Mapping[str, str]) -> Iterator[str]:
         names = [one.name for one in self.parameters]
+        own = list(own)
+        bends = any(one.mechanism.law.bends for one in own if one.mechanism.law)
+        within = int(bends or bool(self.system.events))
         for one in sorted(own, key=lambda one: one.stage):
             values = {word: f"value[{self.first + names.index(f'{one.id}.{word}')}]" for word in one.values}
-            yield "        " + laws[one.law].format(own=one.c_name, id=one.id, **values)
+            yield "        " + laws[one.law].format(own=one.c_name, id=one.id, within=within, **values)
 
     def _function(self, head: str, body: Iterable[str], tail: str) -> str:
-        words = ("s", "value", "t", "h", "interval", "all", "m", "u", "y")
+        words = ("s", "value", "level", "t", "h", "interval", "all", "m", "u", "y")
         unused = [word for word in words if f"{word}," in head or f"{word})" in head]
         lines = [*(f"    (void){word};" for word in unused), *body, *([tail] if tail else [])]
         return "\n".join([head, "{", *lines, "}", ""])

@@ -66,14 +66,15 @@ class Inputs(NamedTuple):
 
     def _nodes_of(self, name: str, substeps: int, beyond: int = 0) -> FloatArray:
         stimulus = self.stimulus
-        sampled = Sampled(
-            stimulus.inputs[name], stimulus.period_s, stimulus.holds.get(name, "linear"), -self.late_s,
-            onward=stimulus.onward.get(name, np.empty(0)),
-        )  # fmt: skip
         own = sorted(
             (one for one in self.acting if one.mechanism.signal == name),
             key=lambda one: one.mechanism.law.stage if one.mechanism.law else 0,
         )
+        bends = any(one.mechanism.law.bends for one in own if one.mechanism.law)
+        sampled = Sampled(
+            stimulus.inputs[name], stimulus.period_s, stimulus.holds.get(name, "linear"), -self.late_s,
+            onward=stimulus.onward.get(name, np.empty(0)), within=bends or bool(self.system.events),
+        )  # fmt: skip
         for one in own:
             if one.mechanism.law and one.mechanism.law.input is not None:
                 sampled = one.mechanism.law.input(sampled, one.values)

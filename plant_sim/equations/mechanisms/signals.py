@@ -54,7 +54,7 @@ def _clipping(forms: str) -> dict[str, str]:
 INPUT_SATURATION = replace(
     sensor_saturation.MECHANISM,
     drive=lambda drive, p: drive._replace(nodes=sensor_saturation.bent(drive.nodes, p)),
-    sensor=None, unread=None, stage=4,
+    sensor=None, unread=None, stage=4, bends=True,
 )  # fmt: skip
 _DRIFTED = "where({settling_time} > 0, {settling_time}*(1 - exp(-t/{settling_time})), t)"
 """Drift over its first rate: see `rtctl.border.mechanisms.drift_of`."""

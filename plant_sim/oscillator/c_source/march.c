@@ -15,6 +15,7 @@ const char *plant_advance(plant *m, double h)
 {
     motion *s = (motion *)m->memory;
     const double wanted = ceil(h / INSTANT - 1e-9);
+    if (wanted > 1e8 || h / m->longest_step > 1e8) return "longest_step is too short for this communication step";
     const long instants = wanted > 1.0 ? (long)wanted : 1;
     const double finer = ceil(h / instants / m->longest_step - 1e-9);
     const long each = finer > 1.0 ? (long)finer : 1;
@@ -31,7 +32,7 @@ const char *plant_advance(plant *m, double h)
         double u[3];
         for (int c = 0; c < 3; c++) u[c] = m->input[0] + m->slope[0] * ((i + 0.5 * c) * step);
 #ifdef HAS_DRIVE_DELAY
-        if (!delayed(&s->drive, t, step, DRIVE_DELAY_DELAY, u)) return FORGOTTEN("drive.delay");
+        if (!delayed(&s->drive, t, step, DRIVE_DELAY_DELAY, WITHIN, u)) return FORGOTTEN("drive.delay");
 #endif
         drive_path(s, m->parameter, t, step, u);
         second_mode(s, m->parameter, step, u);

@@ -96,8 +96,10 @@ static double reading(double z, const double *value, double t)
     z += SENSOR_DRIFT_RATE * drifted(t, SENSOR_DRIFT_SETTLING_TIME);
 #endif
 #ifdef HAS_SENSOR_QUANTISATION
-    z = SENSOR_QUANTISATION_LEVEL + SENSOR_QUANTISATION_STEP *
-        rint((z - SENSOR_QUANTISATION_LEVEL) / SENSOR_QUANTISATION_STEP);
+    if (SENSOR_QUANTISATION_STEP > 0.0) {
+        z = SENSOR_QUANTISATION_LEVEL + SENSOR_QUANTISATION_STEP *
+            rint((z - SENSOR_QUANTISATION_LEVEL) / SENSOR_QUANTISATION_STEP);
+    }
 #endif
     return z;
 }

@@ -67,7 +67,7 @@ def oscillator_plant(model: ModelFile, source: str, request: CRequest) -> CPlant
         raise InputError(f"{source}: {error}") from None
     steps = steps_for(simulation, acting, source, request)
     delay_s = sum(one.value for one in shown if one.mechanism == "drive.delay")
-    kept = steps_kept(delay_s, steps.step_s)
+    kept = steps_kept(delay_s, steps.step_s, f"{source}: drive.delay")
     z, v, u = (simulation.units[name] for name in ("displacement", "velocity", "drive"))
     return CPlant(
         kind="oscillator",
@@ -141,7 +141,7 @@ def _source(
     acting = {mechanism.id for mechanism, _ in mechanisms}
     yield _part("signals/paths.c")
     if "drive.delay" in acting:
-        yield f"#define KEPT {kept}"
+        yield f"#define KEPT {kept}\n#define WITHIN {int(any(one.bends for one, _ in mechanisms))}"
         yield _part("signals/delay.c")
     yield _part("propagator.c")
     if steps.splitting or "mode.second" in acting:

@@ -27,7 +27,9 @@ def compiled(function: KernelT) -> KernelT:
     return cast(KernelT, compiled_with(function, nogil=True))
 
 
-def nodes(samples: FloatArray, hold: str, substeps: int, delay: float = 0.0) -> FloatArray:
+def nodes(
+    samples: FloatArray, hold: str, substeps: int, delay: float = 0.0, *, within: bool = False
+) -> FloatArray:
     """Return the drive (steps, 3) at the start, middle and end of each step.
 
     Args:
@@ -35,6 +37,7 @@ def nodes(samples: FloatArray, hold: str, substeps: int, delay: float = 0.0) -> 
         hold: how it goes on between them.
         substeps: steps in an interval.
         delay: how late the drive is, in intervals.
+        within: whether a held drive that jumps within a step stays between its levels there.
 
     Raises:
         ValueError: the hold is unknown.
@@ -44,7 +47,10 @@ def nodes(samples: FloatArray, hold: str, substeps: int, delay: float = 0.0) -> 
     if hold == "band-limited":
         return _band_limited(samples, substeps, delay)
     made = np.empty(((len(samples) - 1) * substeps, 3))
-    (_fill_held if hold == "zero" else _fill_linear)(samples, substeps, delay, made)
+    if hold == "zero":
+        _fill_held(samples, substeps, delay, within, made)
+    else:
+        _fill_linear(samples, substeps, delay, made)
     return made
 
 
@@ -71,10 +77,12 @@ def _fill_linear(samples: FloatArray, substeps: int, delay: float, out: FloatArr
 
 
 @compiled
-def _fill_held(samples: FloatArray, substeps: int, delay: float, out: FloatArray) -> None:
+def _fill_held(samples: FloatArray, substeps: int, delay: float, within: bool, out: FloatArray) -> None:
     """Fill constants; where a delayed jump falls inside a step, the parabola with the same first three moments.
 
     Its mean alone would keep the impulse but not the place: 1e-5 of the motion at 15 steps an interval, and this 1e-8.
+    It goes beyond the two levels, by a third of the jump: a play would keep that, an event would see it. `within` them
+    it is exact at both ends, and its mean right where the jump is no closer to one than a sixth of the step.
     """
     last = len(samples) - 1
     for k in range(last):
@@ -91,6 +99,8 @@ def _fill_held(samples: FloatArray, substeps: int, delay: float, out: FloatArray
                 share * (-1.5 + share * (7.5 - 5.0 * share)),
                 share * (3.0 + share * (10.0 * share - 12.0)),
             )
+            if within and share < 1.0:
+                weights = (1.0, min(max(1.5 * share - 0.25, 0.0), 1.0), 0.0)
             for c in range(3):
                 out[k * substeps + s, c] = weights[c] * first + (1.0 - weights[c]) * second
 

@@ -34,7 +34,7 @@ def cached(
             other = cached(stimulus, drive._replace(hold=hold, blend=()), substeps, name, beyond)
             _move_towards(made, weight, other, declared)
         return made
-    key = (id(stimulus), name, drive.hold, drive.delay_s, substeps, beyond)
+    key = (id(stimulus), name, drive.hold, drive.delay_s, drive.within, substeps, beyond)
     with _lock:
         kept = _kept.get(key)
         if kept is not None and kept[0]() is stimulus:
@@ -42,8 +42,9 @@ def cached(
             return kept[1]
     onward = drive.onward if len(drive.onward) or not beyond else drive.samples[-1:]
     made = nodes(
-        np.concatenate((drive.samples, onward)), drive.hold, substeps, drive.delay_s / drive.period_s
-    )
+        np.concatenate((drive.samples, onward)), drive.hold, substeps, drive.delay_s / drive.period_s,
+        within=drive.within,
+    )  # fmt: skip
     made = made[: (len(drive.samples) - 1 + beyond) * substeps]
     made.setflags(write=False)
     with _lock:

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from rtctl.border.errors import InputError
 from rtctl.border.simulation import Stimulus
 
 
@@ -70,9 +71,27 @@ LEAST_KEPT, MOST_KEPT = 256, 65536
 """Communication steps that are remembered of an input that is delayed."""
 
 
-def steps_kept(delay_s: float, step_s: float) -> int:
-    """Return how many communication steps of `step_s` [s] are remembered: twice those that a delay holds."""
-    return min(max(2 * math.ceil(delay_s / step_s), LEAST_KEPT), MOST_KEPT)
+def steps_kept(delay_s: float, step_s: float, what: str) -> int:
+    """Return how many communication steps of `step_s` [s] are remembered: 16 times those that a delay holds.
+
+    An importer may cut the proposed step into shorter ones.
+
+    Args:
+        delay_s: The delay [s].
+        step_s: Proposed communication step [s].
+        what: Source and mechanism, for the message.
+
+    Raises:
+        InputError: The delay holds more than can be remembered.
+    """
+    held = math.ceil(delay_s / step_s)
+    if held > MOST_KEPT:
+        raise InputError(
+            f"{what} of {delay_s:g} s holds {delay_s / step_s:.3g} communication steps of {step_s:g} s; "
+            f"a unit remembers {MOST_KEPT}: ask for a longer step "
+            "(--step), or put the delay before the unit in the simulator"
+        )
+    return min(max(16 * held, LEAST_KEPT), MOST_KEPT)
 
 
 HEADER = Path(__file__).with_name("plant.h")

@@ -58,7 +58,7 @@ def warn_of_divergence(comparison: Comparison) -> None:
     for record, diverged_at_s in comparison.diverged.items():
         say(
             f"rtctl simulate: record {record} diverged {diverged_at_s:.6g} s after its first sample: the model has "
-            "no bound there; check the signs and units of its stiffnesses",
+            "no bound there, or is no number; check the signs and units of its parameters",
             quiet=False,
         )
 

@@ -17,6 +17,10 @@ SLOPE = "{name}_slope"
 START = "{name}_start"
 
 
+NO_BOUND = 1e300
+"""Beyond it no number is taken."""
+
+
 class Section(NamedTuple):
     """An array of the C structure `plant`, and how its variables behave."""
 
@@ -68,8 +72,9 @@ def variables_of(plant: CPlant, source: str) -> tuple[FmuVariable, ...]:
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
         raise InputError(
-            f'{source}: the name "{twice[0]}" would stand twice in the unit: it has NAME_slope for each input, '
-            f"NAME_start for each state, time and {LONGEST_STEP} besides; rename it in the model"
+            f'{source}: the name "{twice[0]}" would stand twice in the unit, which has one list of inputs, outputs and '
+            f"parameters, with NAME_slope for each input, NAME_start for each state, time and {LONGEST_STEP}; rename "
+            "it in the model"
         )
     return found
 
@@ -122,7 +127,17 @@ static const unsigned char kinds[VARIABLES] = {{
 static const char *const names[VARIABLES] = {{
     {listed(f'"{one.name}"' for one in variables)}
 }};
+static const double lows[VARIABLES] = {{
+    {listed(_bound(one.variable.low, -NO_BOUND) for one in variables)}
+}};
+static const double highs[VARIABLES] = {{
+    {listed(_bound(one.variable.high, NO_BOUND) for one in variables)}
+}};
 static const double starts[VARIABLES] = {{
     {listed(repr(0.0 if one.is_computed else float(one.variable.value)) for one in variables)}
 }};
 """
+
+
+def _bound(value: float | None, otherwise: float) -> str:
+    return repr(otherwise if value is None else float(value))

@@ -26,5 +26,6 @@ MECHANISM = OscillatorMechanism(
         coefficient("width", "{u}", "half of the play", lambda s: s.drive, low=0.0),
     ),
     drive=loose,
+    bends=True,
     stage=7,
 )  # fmt: skip

@@ -18,5 +18,6 @@ MECHANISM = OscillatorMechanism(
     statement="The first {width} of the drive, of either sign, do nothing.",
     parameters=(coefficient("width", "{u}", "half of the dead band", lambda s: s.drive, low=0.0),),
     drive=dead,
+    bends=True,
     stage=3,
 )

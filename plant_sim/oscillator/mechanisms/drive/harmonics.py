@@ -19,5 +19,6 @@ MECHANISM = OscillatorMechanism(
         coefficient("third", "1/({u})^2", "of u^3", lambda s: 1.0 / s.drive**2, default=0.0),
     ),
     drive=distorted,
+    bends=True,
     stage=5,
 )

@@ -100,5 +100,6 @@ MECHANISM = OscillatorMechanism(
         ),
     ),
     drive=saturated,
+    bends=True,
     stage=4,
 )

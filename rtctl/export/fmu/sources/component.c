@@ -23,9 +23,9 @@ static double *place(component *c, unsigned reference)
 static const char *refresh(component *c)
 {
     if (!c->stale) return 0;
-    c->stale = 0;
-    if (c->s.mode != STEPPING) return plant_start(&c->s.m);
-    return plant_read(&c->s.m);
+    const char *wrong = c->s.mode != STEPPING ? plant_start(&c->s.m) : plant_read(&c->s.m);
+    c->stale = wrong != 0;
+    return wrong;
 }
 
 const char *component_get(component *c, const unsigned *references, size_t count, double *values)
@@ -51,6 +51,9 @@ const char *component_set(component *c, const unsigned *references, size_t count
         }
         if (!(fabs(values[k]) < 1e300)) return problem(c, at, "must be a finite number");
         if (kinds[at] == STEP_LENGTH && !(values[k] > 0.0)) return problem(c, at, "must be above 0 s");
+        if (kinds[at] == TUNABLE && !(values[k] >= lows[at] && values[k] <= highs[at])) {
+            return problem(c, at, "is beyond its limits, min and max in the description");
+        }
     }
     for (size_t k = 0; k < count; k++) {
         *place(c, references[k]) = values[k];

@@ -2,6 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include <math.h>
 #include "component.h"
 #include "exported.h"
 #include "fmi2_types.h"
@@ -168,6 +169,7 @@ EXPORT fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueRe
         if (vr[k] < FIRST_INPUT || vr[k] >= FIRST_INPUT + PLANT_INPUTS) {
             return told(i, "a derivative was given of a variable that is no input");
         }
+        if (!(fabs(value[k]) < 1e300)) return told(i, "a derivative must be a finite number");
         i->c.s.m.slope[vr[k] - FIRST_INPUT] = value[k];
     }
     return fmi2OK;

@@ -56,7 +56,7 @@ def vo2_plant(model: Vo2Model, source: str, request: CRequest) -> CPlant:
     step_s = request.step_s or period_s or proposed
     longest_s, between = _resolved(simulation, period_s or step_s)
     delay_s = sum(one.value for one in shown if one.mechanism == "actuation.delay")
-    kept = steps_kept(delay_s, step_s) if delay_s > 0.0 else 1
+    kept = steps_kept(delay_s, step_s, f"{source}: actuation.delay") if delay_s > 0.0 else 1
     program = _Translated(model, shown, between, kept)
     return CPlant(
         kind="vo2",
@@ -96,7 +96,8 @@ class _Translated:
 
     def __init__(self, model: Vo2Model, shown: list[FreeParameter], between: bool, kept: int) -> None:
         self._shown, self._kept = [one.name for one in shown], kept
-        self._constants = constants_of(model, between)
+        creeps = any(one.startswith("hysteresis.creep") for one in self._shown)
+        self._constants = constants_of(model, between=between, creeps=creeps)
         self.memory = memory_record(kept)
         structs: dict[type, StructType] = {}
         constants = struct_of_values(self._constants, structs)

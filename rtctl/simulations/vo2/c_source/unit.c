@@ -7,6 +7,7 @@ static const char *result(const memory *s)
     case 0: return 0;
     case 1: return "time_constant must be above 0 s";
     case 2: return "the temperature is not finite";
+    case 4: return "longest_step is too short for this communication step";
     default: return "actuation.delay.delay holds more communication steps than the unit keeps (" KEPT "); take longer ones";
     }
 }

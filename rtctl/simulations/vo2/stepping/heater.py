@@ -17,6 +17,9 @@ SAME_INSTANT = 1e-9
 FORGOTTEN = 3
 """Fault: the delay is longer than the steps that are remembered."""
 
+MOST_COUNTED = 1073741824.0
+"""Communication steps from which on their count begins anew: it stays an integer of 32 bits."""
+
 Record = Any
 
 
@@ -63,6 +66,8 @@ def remember(s: Record, time_s: float, level: float, slope: float) -> None:
     at = int(s.count) % s.levels.size
     s.begins_s[at], s.levels[at], s.slopes[at] = time_s, level, slope
     s.count += 1.0
+    if s.count >= MOST_COUNTED:
+        s.count = float(s.levels.size + int(s.count) % s.levels.size)
 
 
 def in_force(s: Record, time_s: float, near_s: float) -> int:

@@ -30,6 +30,8 @@ from rtctl.simulations.vo2.stepping.values import Constants, Parameters
 Record = Any
 NO_TIME_CONSTANT, RUNS_AWAY = 1, 2
 """Faults: the heating has no time constant, the temperature is not finite."""
+MOST_SUBSTEPS, TOO_MANY = 1e8, 4
+"""Substeps in a communication step, and the fault beyond."""
 MOST = 1e100
 """Beyond it a temperature is not finite [mA^2]."""
 
@@ -95,12 +97,13 @@ def march_advance(  # noqa: PLR0913
     if not p.nominal.time_constant > 0.0:
         s.fault = float(NO_TIME_CONSTANT)
         return
-    if s.begun == 0.0:
-        march_start(s, level, p, c)
     began_s, delay_s = float(s.time_s), p.delay.delay
     remember(s, began_s, level, slope)
     b = balance_of(p)
     wanted = h / longest_s - 1e-9
+    if wanted > MOST_SUBSTEPS:
+        s.fault = float(TOO_MANY)
+        return
     count = max(1, int(wanted) + 1 if wanted > int(wanted) else int(wanted))
     passed, first = 0.0, True
     while h - passed > SAME_INSTANT * h:

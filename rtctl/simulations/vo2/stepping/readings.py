@@ -107,7 +107,7 @@ def film_and_beam(
         lagging = phases_at(rate.activation, rate.mixing, b, c)
         reading = mixed(switched(reading, late, lagging), T, lagging)
         bent -= rate.expansion * (T - late)
-    if creep.rate != 0.0:
+    if c.creeps:
         creeping = phases_at(creep.activation, creep.mixing, b, c)
         film_share, beam_share = switched(reading, T, creeping), bent + creep.expansion * T
         lacks = crept(s.film_creep, s.film_share, film_share, h, creep.rate, creep.onset, creep.end)
@@ -127,6 +127,8 @@ def swung(s: Record, bent: float, h: float, store: bool, p: Parameters) -> float
     """Return the deflection of the beam with its mode [um]; see `structure.resonance`."""
     mode = p.resonance
     if mode.participation == 0.0:
+        if store:
+            s.bent, s.swing, s.speed = bent, bent, 0.0
         return bent
     w, ratio = 2.0 * PI * mode.frequency, mode.damping_ratio
     q, speed = bent, 0.0
@@ -166,6 +168,8 @@ def sensed_um(s: Record, bent: float, h: float, store: bool, p: Parameters) -> f
         s.seen, s.seen_missed = bent, missed
     D = bent + missed
     if rate == 0.0:
+        if store:
+            s.coupled, s.coupled_missed, s.coupled_first = D, 0.0, D
         return D
     missed = missed_now(s.coupled_missed, s.coupled, D, h, 1.0 / rate)
     first = D if s.begun == 0.0 else s.coupled_first

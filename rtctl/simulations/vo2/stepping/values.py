@@ -40,15 +40,18 @@ class Constants(NamedTuple):
     """About which the gain of the deflection turns [um]."""
     between: bool
     """Whether readings are taken between communication points too: some mechanism needs them."""
+    creeps: bool
+    """Whether the transition creeps: its relaxations are followed, also while its rate is 0."""
 
 
-def constants_of(model: Vo2Model, between: bool) -> Constants:
+def constants_of(model: Vo2Model, *, between: bool, creeps: bool) -> Constants:
     """Return the constants of a model."""
     return Constants(
         resistance=model.resistance_preisach.params, deflection=model.deflection_preisach.params,
         cold=-math.log(model.resistance.high), metal=-math.log(model.resistance.low),
         low=model.current.low, high=model.current.high, current_middle=middle(model.current),
         reading_middle=middle_reading(model.resistance), deflection_middle=middle(model.deflection), between=between,
+        creeps=creeps,
     )  # fmt: skip
 
 
