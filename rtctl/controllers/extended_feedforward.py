@@ -1,14 +1,12 @@
 """Feedforward through an extended model: the current that, when it acts, puts the deflection on the setpoint.
 
 As `rtctl.controllers.feedforward`, with the path of the estimator for a model. A dead time of d means that what is
-commanded now decides the deflection d later, so the setpoint is looked at that far ahead (`preview_s`). Where the
-transition lags the temperature by tau_d, one period cannot move it: the current is the one that, held for
-1 + tau_d / h periods, would bring it there, worked out anew at each sample.
+commanded now decides the deflection d later, so the setpoint is looked at that far ahead (`preview_s`). A transition
+that lags the temperature is a dead time here (`rtctl.plants.vo2.control`): no current inverts it at a reversal.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -33,7 +31,6 @@ from rtctl.models.vo2 import Vo2Model
 from rtctl.simulations.vo2.heat import heating_power, loop_current
 from rtctl.simulations.vo2.loop_dynamics import Vo2Dynamics
 
-MOST_PERIODS = 8
 SECANTS = 3
 APART_MA2 = 1.0
 """Distance of the two powers from which a secant starts [mA^2]."""
@@ -44,8 +41,6 @@ NO_HEAT = 0.0
 class AheadParams(NamedTuple):
     """What the feedforward asks of the path."""
 
-    periods: float
-    """Periods in which the relays are to be where the setpoint wants them."""
     low: float
     """Commands that the limits allow [mA]."""
     high: float
@@ -125,7 +120,7 @@ def extended_inverse_step(s: Any, c: Any, upcoming: float, elapsed_s: float) -> 
     wanted = walk_to(s.forward_beam, target, seen, c.inverse, c.deflection)
     power = power_to(
         s.forward_path, s.forward_film, s.forward_beam, heating_power(wanted, balance), s.forward_clock[0],
-        c.ahead.periods * elapsed_s, c.forward_path, c.resistance, c.deflection,
+        elapsed_s, c.forward_path, c.resistance, c.deflection,
     )  # fmt: skip
     current = min(max(loop_current(power, balance), c.inverse.low), c.inverse.high)
     level = (current - c.forward_drive.offset) / c.forward_drive.gain
@@ -142,7 +137,7 @@ def extended_inverse_step(s: Any, c: Any, upcoming: float, elapsed_s: float) -> 
 class ExtendedFeedforward:
     """The feedforward of a model with mechanisms."""
 
-    def __init__(self, model: Vo2Model, dynamics: Vo2Dynamics, command: Span, period_s: float) -> None:
+    def __init__(self, model: Vo2Model, dynamics: Vo2Dynamics, command: Span) -> None:
         """Prepare for a model; `command`: the range that the limits allow [mA]."""
         self._path = ThermalPath(model, path_params(model, dynamics))
         self._drive = Drive(replace(dynamics, delay_s=0.0))  # its model lives when its commands arrive
@@ -150,10 +145,9 @@ class ExtendedFeedforward:
         inverse = InverseParams(
             model.time_constant_s, min(low, high), max(low, high), STILL * model.deflection.width
         )
-        periods = 1 + min(math.ceil(dynamics.balance.lag_s / period_s), MOST_PERIODS - 1)
-        self.preview_s = dynamics.delay_s + (periods - 1) * period_s
+        self.preview_s = dynamics.delay_s
         self.constants = ForwardConstants(
-            inverse, AheadParams(float(periods), *map(float, (*command, *dynamics.deflection))), self._path.params,
+            inverse, AheadParams(*map(float, (*command, *dynamics.deflection))), self._path.params,
             self._drive.params, model.resistance_preisach.params, model.deflection_preisach.params,
         )  # fmt: skip
         self.memory = self.at_rest(command.low)

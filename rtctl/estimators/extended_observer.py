@@ -26,6 +26,7 @@ from rtctl.estimators.observer import (
     NOT_FINITE,
     OUT_OF_RANGE,
     PROBE_MA2,
+    ObserverEstimator,
     ObserverParams,
     believed,
     condition_on,
@@ -36,6 +37,7 @@ from rtctl.estimators.observer import (
 from rtctl.estimators.thermal_path import (
     BENT,
     READ,
+    SEEN,
     SWING,
     WARM,
     PathParams,
@@ -45,8 +47,9 @@ from rtctl.estimators.thermal_path import (
     surrogate_at,
 )
 from rtctl.hysteresis.preisach.model import PreisachParams, preisach_slope
-from rtctl.interfaces import Estimate
+from rtctl.interfaces import Estimate, Estimator
 from rtctl.models.vo2 import SURROGATE, Vo2Model
+from rtctl.simulations.vo2.heat import phase_at, stored
 from rtctl.simulations.vo2.loop_dynamics import Vo2Dynamics
 
 
@@ -230,3 +233,36 @@ class ExtendedObserver:
         made = SwingingEstimate(float(value), float(surrogate), float(error), status)
         made.swing = float(self.memory.swing)
         return made
+
+    def inherit(self, other: Estimator) -> None:
+        """Take over what the film has been through, and its heat, from the estimator of a model that was right so far.
+
+        Turning points that relays have not forgotten were made by the device as it was: a model of the device as it is
+        now, which followed the same commands, would have others. Of an estimator of another kind nothing is taken.
+        """
+        own = self.memory
+        if isinstance(other, ExtendedObserver):
+            of = other.memory
+            for name in ("filter", "film", "beam", "probe_film", "probe_beam"):
+                getattr(own, name)[:] = getattr(of, name)
+            pairs = ((own.path, of.path), (own.probe, of.probe))
+            for mine, theirs in pairs:
+                both = theirs[:2] if other.constants.path.balance.share != 0.0 else (theirs[2], theirs[2])
+                mine[:] = (*both, *theirs[2:])
+        elif isinstance(other, ObserverEstimator):
+            filtered, film, probe_film, beam = other.parts
+            own.filter[2:] = filtered[2:]
+            own.film[:], own.probe_film[:] = film, probe_film
+            own.beam[:] = own.probe_beam[:] = beam
+            for mine, T in ((own.path, filtered[0]), (own.probe, filtered[1])):
+                mine[:3] = mine[WARM] = mine[SEEN] = T
+        else:
+            return
+        own.before[:] = math.nan
+        for mine, film, beam in ((own.path, own.film, own.beam), (own.probe, own.probe_film, own.probe_beam)):
+            balance, T = self.constants.path.balance, float(mine[WARM])
+            phase = phase_at(T, beam, balance, self.constants.deflection)
+            mine[3], mine[4] = (
+                1.0,
+                stored(T, phase, film, self.constants.path.cold, balance, self.constants.resistance),
+            )

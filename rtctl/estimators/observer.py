@@ -260,6 +260,11 @@ class ObserverEstimator:
         """The memory that `packed_observer_step` advances, until the next start."""
         return self._memory
 
+    @property
+    def parts(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """The filter's x, then the stacks of -ln R, of it a little hotter, and of the deflection."""
+        return tuple(np.array(array_at(self._memory, k)) for k in range(4))  # type: ignore[return-value]
+
     def estimate_of(self, value: float, surrogate: float, error: float, status: int) -> Estimate:
         """Return what the kernel computed as an estimate; its error is through b alone."""
         return Estimate(value, surrogate, math.sqrt(error * error + self.fit_error * self.fit_error), status)

@@ -267,7 +267,10 @@ class Sampler:
         self.step, self.upcoming = successor.step, successor.upcoming
         self._upcoming, self._decide = floats(self.upcoming), self.step.step
         self.contradicted = self._asking_the_model()
-        self.parts.events.note(index, MODEL, number=successor.number, since=successor.since)
+        told = (
+            {} if successor.past is None else {"before": successor.past.number, "until": successor.past.until}
+        )
+        self.parts.events.note(index, MODEL, number=successor.number, since=successor.since, **told)
 
     def record(self, row: tuple[float, ...], lateness_s: float, begun_ns: int, answered_ns: int) -> None:
         """Record a sample.

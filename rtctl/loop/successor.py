@@ -13,6 +13,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from rtctl.border.arrays import FloatArray
+from rtctl.interfaces import Estimator
 from rtctl.loop.step import Levels, Step, upcoming_setpoints
 
 
@@ -27,6 +28,19 @@ class PastRows(NamedTuple):
     """Readings (n, channels) [their units]."""
     commanded: FloatArray
     """Levels that were commanded last before each reading (n, commands) [their units]."""
+
+
+class Past(NamedTuple):
+    """The model that was right until the device changed: what relays remember was made by the device as it was."""
+
+    number: int
+    """Of that model."""
+    until: int
+    """Sample from which on the device is another one."""
+    estimator: Estimator
+    """Of that model; it follows until then."""
+    inherit: Callable[[Estimator], None]
+    """Lets the estimator that takes over have its memory."""
 
 
 class Successor:
@@ -45,6 +59,9 @@ class Successor:
         self.number, self.step, self._period_s = number, step, period_s
         self.upcoming = upcoming_setpoints(setpoints, period_s, step.preview_s)
         """The setpoint that each sample's command aims at (n,) [controlled unit]."""
+        self.past: Past | None = None
+        """The model that is followed until the device changed; None: the step's own is right from the start."""
+        self._is_heir = False
         self.since = -1
         """The sample from which on it has followed."""
         self.newer: Callable[[], PastRows | None] = lambda: None
@@ -59,6 +76,8 @@ class Successor:
         self.since, self._previous, self._waiting = since, since - 1, None
         self._sent.extend((self._delay + 1) * [levels])
         self.step.start(levels, float(self._plan[since]), sensed, self._period_s)
+        if self.past is not None:
+            self.past.estimator.start(levels, sensed)
 
     def follow(self, rows: PastRows) -> None:
         """Follow rows in their order; the last one waits until it is known what was commanded after it."""
@@ -85,5 +104,11 @@ class Successor:
         index, setpoint, sensed = self._waiting
         aimed = float(self.upcoming[index]) if setpoint == self._plan[index] else setpoint
         elapsed_s = (index - self._previous) * self._period_s
+        if self.past is not None and not self._is_heir:
+            if index < self.past.until:
+                self.past.estimator.step(self._sent[0], sensed, elapsed_s)
+            else:
+                self.past.inherit(self.past.estimator)
+                self._is_heir = True
         self.step.follow(setpoint, aimed, self._sent[0], levels, sensed, elapsed_s)
         self._previous, self._waiting = index, None

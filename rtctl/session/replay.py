@@ -26,7 +26,7 @@ from rtctl.plant_control.lookup import support_of
 from rtctl.scenario.schema import Scenario, checked_scenario
 from rtctl.session.closed_loop import planned_step
 from rtctl.session.live.injected_faults import INJECTED
-from rtctl.session.live.successors import made_step, model_name, past_rows, started
+from rtctl.session.live.successors import made_step, model_name, past_of, past_rows, started
 from rtctl.session.run_folder import EVENTS, MODEL, is_interrupted, rows_left_by, scenario_tables
 from rtctl.wiring import build_limits
 
@@ -172,8 +172,12 @@ def _succeeding(run: Recorded, event: Event, setpoints: FloatArray, levels: Leve
     if number not in run.further_models:
         raise InputError(f"{model_name(number)}: missing, which took over before sample {event.step}")
     scenario = run.scenario
-    step, _, _ = made_step(scenario, run.further_models[number], build_limits(scenario, run.model))
-    successor = Successor(number, step, setpoints, scenario.scenario.period_s, scenario.reading_delay)
+    made = made_step(scenario, run.further_models[number], build_limits(scenario, run.model))
+    successor = Successor(number, made.step, setpoints, scenario.scenario.period_s, scenario.reading_delay)
+    if "until" in event.values:
+        before = int(event.values["before"])
+        past = run.further_models[before] if before else run.model
+        successor.past = past_of(scenario, before, past, int(event.values["until"]), made.estimator)
     index = run.signals["index"]
     within = slice(int(np.searchsorted(index, since)), int(np.searchsorted(index, event.step)))
     rows = past_rows({name: column[within] for name, column in run.signals.items()}, scenario)

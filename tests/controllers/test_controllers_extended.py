@@ -19,6 +19,7 @@ from rtctl.controllers.linear_loop import LinearLoop
 from rtctl.controllers.pi import PiGains
 from rtctl.controllers.tuning import margins, tune
 from rtctl.models.span import Span
+from rtctl.plants.vo2.control import controlled
 from rtctl.simulations.vo2 import extended_model
 from rtctl.simulations.vo2.loop_dynamics import dynamics_of, loop_dynamics
 
@@ -140,7 +141,7 @@ def test_an_unstable_loop_is_not_kept_for_its_small_sensitivity():
 )
 def test_played_open_loop_it_puts_the_models_deflection_on_the_setpoint(identity, values):
     made = simulation(**{identity: values})
-    feedforward = ExtendedFeedforward(made.model, dynamics_of(made.model), Span(3.7, 8.5), PERIOD_S)
+    feedforward = ExtendedFeedforward(made.model, dynamics_of(made.model), Span(3.7, 8.5))
     time_s = PERIOD_S * np.arange(400)
     wanted = lambda t: 25.0 + 10.0 * np.sin(2.0 * np.pi * 8.0 * t)  # noqa: E731
     feedforward.start(3.7)
@@ -162,7 +163,7 @@ def test_behind_a_lag_of_less_than_a_period_a_step_is_not_crossed_and_crossed_ba
     ways = {}
     for name, feedforward in {
         "plain": InverseFeedforward(small_model(), Span(3.7, 8.5)),
-        "lagging": ExtendedFeedforward(made.model, dynamics_of(made.model), Span(3.7, 8.5), PERIOD_S),
+        "lagging": ExtendedFeedforward(made.model, controlled(extended_model(made)), Span(3.7, 8.5)),
     }.items():
         feedforward.start(3.7)
         current = np.array([feedforward.step(one, PERIOD_S) for one in setpoints])

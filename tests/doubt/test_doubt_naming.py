@@ -7,9 +7,10 @@ import pytest
 from vo2_model_cases import small_model
 
 from rtctl.doubt.belief import Rows
-from rtctl.plants.vo2.explaining import Taken, explain
-from rtctl.plants.vo2.free_run import Vo2Belief
-from rtctl.plants.vo2.path_run import PathRun
+from rtctl.plants.vo2.doubt.explaining import Taken, explain
+from rtctl.plants.vo2.doubt.free_run import Vo2Belief
+from rtctl.plants.vo2.doubt.path_run import PathRun
+from rtctl.plants.vo2.doubt.pure_phases import pure_phases
 from rtctl.simulations.vo2.loop_dynamics import loop_dynamics
 
 
@@ -28,7 +29,7 @@ def test_a_loss_of_gain_is_named_and_sized(late: int, off_um: float) -> None:
     sensed = np.exp(log_read + noise) * np.where(k < onset + late, 1.0, 0.9)
     seen = bent + off_um + 0.05 * np.random.default_rng(6).standard_normal(n)
     rows = Rows(k, levels, np.full(n, period_s), sensed, seen, bent)
-    taken = Taken(loop_dynamics(model), period_s)
+    taken = Taken(loop_dynamics(model), pure_phases(model), period_s)
     before = (1e-4, np.nan if np.isnan(off_um) else 0.05**2)
     nothing, best, *_ = explain(model, rows, onset, before, taken)
     assert best.id == "sensor.gain"

@@ -15,8 +15,8 @@ from rtctl.border.errors import InputError
 from rtctl.doubt.naming import Answer
 from rtctl.doubt.watch import Finding
 from rtctl.models.vo2 import read_model
-from rtctl.plants.vo2.path_run import PathRun
-from rtctl.plants.vo2.retuned import retuned_model
+from rtctl.plants.vo2.doubt.path_run import PathRun
+from rtctl.plants.vo2.doubt.retuned import retuned_model
 from rtctl.scenario.schema import load_scenario
 from rtctl.session.doubting.retuning import Retuning
 from rtctl.simulations.vo2.loop_dynamics import loop_dynamics

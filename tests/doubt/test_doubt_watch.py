@@ -18,7 +18,7 @@ from rtctl.doubt.policy import OnceActing, Policy
 from rtctl.doubt.reference_windows import LENGTH, ReferenceWindows
 from rtctl.doubt.sequential import ALLOWANCE, MOST, THRESHOLD, CumulativeSum
 from rtctl.doubt.watch import Finding, Watch
-from rtctl.plants.vo2.free_run import Vo2Belief
+from rtctl.plants.vo2.doubt.free_run import Vo2Belief
 from rtctl.session.doubting.recorded import doubt_run
 from rtctl.session.doubting.under_way import note
 
@@ -199,7 +199,7 @@ def test_a_finding_among_the_events_does_not_disturb_a_replay(tmp_path: Path, mo
 
 def test_the_free_run_is_the_simulation(model_file: Path) -> None:
     from rtctl.models.vo2 import read_model
-    from rtctl.plants.vo2.path_run import PathRun
+    from rtctl.plants.vo2.doubt.path_run import PathRun
     from rtctl.simulations.vo2.loop_dynamics import loop_dynamics
 
     model = read_model(model_file)

@@ -81,6 +81,27 @@ def controllable(model: Vo2Model) -> WorkingRange:
     return WorkingRange(Span(low, high), working.deflection, slope)
 
 
+LAG_AS_DEAD_TIME = 1.2
+"""Dead time over the lag of a transition that it stands for, in tuning and feedforward: the best on two devices."""
+
+
+def controlled(model: Vo2Model) -> Vo2Dynamics:
+    """Return the dynamics that tuning and feedforward use: a transition that lags is a dead time.
+
+    At a reversal the temperature has to cross the hysteresis at once. Of a lagging transition an inverse would ask for
+    several times that, which limits cut off, and PI and feedforward then work against each other.
+    """
+    found = loop_dynamics(model)
+    lag_s = found.balance.lag_s
+    if lag_s == 0.0:
+        return found
+    at_once = found.balance._replace(lag_s=0.0)
+    phases = found.phases._replace(activation=0.0, mixing=0.0)
+    return replace(
+        found, balance=at_once, phases=phases, expansion=0.0, delay_s=found.delay_s + LAG_AS_DEAD_TIME * lag_s
+    )
+
+
 def current_limits(scenario: Scenario, working: WorkingRange) -> CommandLimits:
     """`[limits]`, no wider than the working range. Raises InputError where the two contradict."""
     table = scenario.limits
@@ -105,7 +126,7 @@ def build_controller(
     table = scenario.controller
     if not isinstance(table, PiTable):
         raise InputError(f'controller.kind = "{table.kind}" does not control a "vo2"; use "pi"')
-    dynamics = loop_dynamics(model)
+    dynamics = controlled(model)
     if table.kp is not None and table.ki is not None:
         gains = PiGains(kp=table.kp, ki=table.ki)
         tuning = _given(gains, scenario, model, dynamics, working, delay)
@@ -128,10 +149,10 @@ def _feedforward(table: PiTable, scenario: Scenario, model: Vo2Model, working: W
     if table.feedforward == "none":
         return NoFeedforward()
     limits = current_limits(scenario, working)
-    command, dynamics = Span(limits.low, limits.high), loop_dynamics(model)
+    command, dynamics = Span(limits.low, limits.high), controlled(model)
     if dynamics.is_plain:
         return InverseFeedforward(model, command)
-    return ExtendedFeedforward(model, dynamics, command, scenario.scenario.period_s)
+    return ExtendedFeedforward(model, dynamics, command)
 
 
 def _given(

@@ -28,8 +28,8 @@ VO2 = PlantKind(
         option_names={"starts": "starts", "seed": "seed", "plays": "plays", "cells": "fine_cells"},
         excitation="acquire_vo2",
     ),
-    belief="rtctl.plants.vo2.free_run:Vo2Belief",
-    retuned="rtctl.plants.vo2.retuned:retuned_model",
+    belief="rtctl.plants.vo2.doubt.free_run:Vo2Belief",
+    retuned="rtctl.plants.vo2.doubt.retuned:retuned_model",
     diagnosis="rtctl.plants.vo2.diagnosis:SUBJECTS",
     device_file="plant_sim.vo2:load_plant",
     defaults=Defaults(

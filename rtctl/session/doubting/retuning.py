@@ -23,11 +23,13 @@ from rtctl.doubt.watch import Finding
 from rtctl.registry import plant_kind
 from rtctl.scenario.schema import Scenario
 from rtctl.session.doubting.recorded import RowReader
-from rtctl.session.live.successors import model_name
+from rtctl.session.live.successors import model_name, write_onset
 from rtctl.wiring import build_estimator
 
 KEPT_S = 24.0
 """Rows that are kept for rehearsal and verdict [s]."""
+UNCERTAIN_S = 1.0
+"""How late after its onset a change may really have begun [s]: a window of the watch."""
 FORGOTTEN_S = 2.0
 """Time that an estimator, started in the middle of a run, needs until it is judged [s]."""
 TRANSIENT_S, TRIAL_S = 1.0, 8.0
@@ -108,6 +110,7 @@ class Retuning:
         path = self._folder / model_name(self._number)
         assert self._kind.model is not None
         self._kind.part(self._kind.model.write)(path, model)
+        write_onset(self._folder, self._number, before=self._in_force, until=finding.since)
         tuned = self._change(self._number)
         begins = int(rows["index"][-1]) + round(TRANSIENT_S / self._period_s)
         self._trial = Trial(self._number, begins, before, causes, output)
@@ -130,22 +133,21 @@ class Retuning:
                 self._made(causes),
                 f"it removes {100.0 * best.removes:.0f} % of the readings' error",
             )
-        begin = int(np.argmax(since)) - round(FORGOTTEN_S / self._period_s)
-        rows = {name: column[max(begin, 0) :] for name, column in rows.items()}
-        today = self._sensing_error(self._made(self._kept), rows)
+        begin = float(rows["index"][np.argmax(since)])
+        today = self._sensing_error(self._made(self._kept), rows, begin)
         found: list[tuple[float, tuple[Answer, ...], Any]] = []
         refused = ""
         for one in told:
             causes = (*self._kept, one)
             try:
                 model = self._made(causes)
-                found.append((self._sensing_error(model, rows), causes, model))
+                found.append((self._sensing_error(model, rows, begin), causes, model))
             except InputError as error:
                 refused = str(error)
         if not found:
             raise InputError(refused)
         _, causes, _ = min(found, key=lambda one: one[0])
-        least, causes, model = self._refined(causes, rows)
+        least, causes, model = self._refined(causes, rows, begin)
         unit = self._scenario.profile.reference.unit
         said = f"in the rehearsal {causes[-1].id} brings the estimate's error from {today:.3g} to {least:.3g} {unit}"
         if not least < today:
@@ -153,7 +155,7 @@ class Retuning:
         return causes, model, said
 
     def _refined(
-        self, causes: tuple[Answer, ...], rows: Mapping[str, FloatArray]
+        self, causes: tuple[Answer, ...], rows: Mapping[str, FloatArray], begin: float
     ) -> tuple[float, tuple[Answer, ...], Any]:
         """Return the rehearsal's error, causes and model with the size of the last cause that senses best."""
         from scipy.optimize import minimize_scalar
@@ -165,14 +167,14 @@ class Retuning:
 
         def error_with(times: float) -> float:
             try:
-                return self._sensing_error(self._made(with_size(times)), rows)
+                return self._sensing_error(self._made(with_size(times)), rows, begin)
             except InputError:
                 return np.inf
 
         found = minimize_scalar(error_with, bounds=SIZES, method="bounded", options={"maxiter": REFINEMENTS})
         best = with_size(float(found.x) if found.fun < error_with(1.0) else 1.0)
         model = self._made(best)
-        return self._sensing_error(model, rows), best, model
+        return self._sensing_error(model, rows, begin), best, model
 
     def _judged(self, trial: Trial, sample: int) -> Finding:
         rows = self._joined()
@@ -222,19 +224,33 @@ class Retuning:
 
         return read
 
-    def _sensing_error(self, model: Any, rows: Mapping[str, FloatArray]) -> float:
-        """Return a model's mean error of the estimate against the reference [the output's unit], without its start."""
+    def _sensing_error(self, model: Any, rows: Mapping[str, FloatArray], since: float) -> float:
+        """Return a model's mean error of the estimate against the reference since a change [the output's unit].
+
+        The estimator follows all rows, as one that takes over does: what a film has been through decides where it is.
+        """
         profile, delay = self._scenario.profile, self._scenario.reading_delay
         estimator = build_estimator(self._scenario, model)
+        past = build_estimator(self._scenario, self._made(self._kept))
+        inherit = getattr(estimator, "inherit", None)
         sensed = np.stack([rows[channel.name] for channel in profile.sensed], axis=1).tolist()
         levels = np.stack([rows[channel.name] for channel in profile.commands], axis=1)
         believed = np.concatenate([np.repeat(levels[:1], delay, axis=0), levels])[: len(levels)].tolist()
         elapsed_s = (self._period_s * np.diff(rows["index"])).tolist()
         estimator.start(believed[0], sensed[0])
-        values = [np.nan]
-        for level, reading, time_s in zip(believed[1:], sensed[1:], elapsed_s, strict=True):
+        past.start(believed[0], sensed[0])
+        values, changed = [np.nan], int(np.argmax(rows["index"] >= since))
+        for k, (level, reading, time_s) in enumerate(
+            zip(believed[1:], sensed[1:], elapsed_s, strict=True), start=1
+        ):
+            if inherit is not None and k < changed:
+                past.step(level, reading, time_s)
+            elif inherit is not None and k == changed:
+                inherit(past)
             values.append(estimator.step(level, reading, time_s).value)
-        judged = rows["index"] >= rows["index"][0] + FORGOTTEN_S / self._period_s
+        first, last = rows["index"][0], rows["index"][-1]
+        sure = since + min(UNCERTAIN_S / self._period_s, (last - since) / 3.0)
+        judged = rows["index"] >= max(sure, first + FORGOTTEN_S / self._period_s)
         return float(np.nanmean(np.abs(np.array(values) - rows[self._reference])[judged]))
 
 

@@ -7,20 +7,21 @@ followed; what lies before them a film has forgotten, by turning points that it 
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
-from rtctl.interfaces import Controller
+from rtctl.interfaces import Controller, Estimator
 from rtctl.loop.compiled.step import compiled_step
 from rtctl.loop.events import read_events
 from rtctl.loop.step import Levels, ReadableStep, Step
-from rtctl.loop.successor import PastRows, Successor
+from rtctl.loop.successor import Past, PastRows, Successor
 from rtctl.plant_control.lookup import support_of
 from rtctl.plant_control.support import Tuning
 from rtctl.recording.tail import Tail
@@ -54,14 +55,49 @@ def past_rows(table: Mapping[str, FloatArray], scenario: Scenario) -> PastRows:
     )
 
 
-def made_step(
-    scenario: Scenario, model: Any, limits: tuple[CommandLimits, ...]
-) -> tuple[Step, Controller, Tuning | None]:
-    """Return a step with a model's estimator and tuning, its controller and the tuning. Raises InputError."""
+class Made(NamedTuple):
+    """A step with a model's estimator and tuning, and its parts."""
+
+    step: Step
+    estimator: Estimator
+    controller: Controller
+    tuning: Tuning | None
+
+
+def made_step(scenario: Scenario, model: Any, limits: tuple[CommandLimits, ...]) -> Made:
+    """Return a step with a model's estimator and tuning. Raises InputError."""
     control = build_control(scenario, model)
     estimator = build_estimator(scenario, model)
     made = compiled_step(estimator, control.controller, limits)
-    return made or ReadableStep(estimator, control.controller, limits), control.controller, control.tuning
+    step = made or ReadableStep(estimator, control.controller, limits)
+    return Made(step, estimator, control.controller, control.tuning)
+
+
+def onset_name(number: int) -> str:
+    """Return the file that says since when a model of a run is right."""
+    return f"retuned-{number}.json"
+
+
+def write_onset(folder: Path, number: int, *, before: int, until: int) -> None:
+    """Note that model `before` was right before sample `until`, and model `number` from there on."""
+    (folder / onset_name(number)).write_text(
+        json.dumps({"before": before, "until": until}) + "\n", encoding="utf-8"
+    )
+
+
+def read_onset(folder: Path, number: int) -> tuple[int, int] | None:
+    """Return the number of the model before, and until which sample it was right; None: nothing is known."""
+    path = folder / onset_name(number)
+    if not path.is_file():
+        return None
+    found = json.loads(path.read_text(encoding="utf-8"))
+    return int(found["before"]), int(found["until"])
+
+
+def past_of(scenario: Scenario, number: int, model: Any, until: int, heir: Estimator) -> Past | None:
+    """Return the past of an estimator that can take over another one's memory; None where it cannot."""
+    inherit = getattr(heir, "inherit", None)
+    return None if inherit is None else Past(number, until, build_estimator(scenario, model), inherit)
 
 
 def started(
@@ -116,15 +152,20 @@ class Successors:
         first_model = support.read_model(self._folder / MODEL)
         if support.identity(model) != support.identity(first_model):
             raise InputError(f"{path}: a model of another device than the run's")
-        step, controller, tuning = made_step(scenario, model, self._limits)
+        made = made_step(scenario, model, self._limits)
         period_s, delay = scenario.scenario.period_s, scenario.reading_delay
-        successor = Successor(number, step, self._plan, period_s, delay)
+        successor = Successor(number, made.step, self._plan, period_s, delay)
+        onset = read_onset(self._folder, number)
+        if onset is not None:
+            before, until = onset
+            past = support.read_model(self._folder / model_name(before))
+            successor.past = past_of(scenario, before, past, until, made.estimator)
         try:
             self._catch_up(successor, round(HISTORY_S / period_s))
         except OSError:
             raise InputError(f"{self._folder}: no run is under way here any more") from None
-        self.made = model, controller
-        return successor, tuning.describe() if tuning is not None else ""
+        self.made = model, made.controller
+        return successor, made.tuning.describe() if made.tuning is not None else ""
 
     def _catch_up(self, successor: Successor, most: int) -> None:
         """Follow the recording until few rows are left."""

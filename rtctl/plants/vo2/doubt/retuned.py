@@ -14,12 +14,14 @@ from rtctl.border.errors import InputError
 from rtctl.border.model_file import MechanismTable, Value
 from rtctl.doubt.naming import Answer
 from rtctl.models.vo2 import Vo2Model
+from rtctl.plants.vo2.doubt.pure_phases import pure_phases
 from rtctl.simulations.vo2.loop_dynamics import loop_dynamics
 
+LAG = "hysteresis.rate_dependence"
 PLACES = {
     "actuation.delay": ("delay", "s"),
     "sensor.lag": ("time_constant", "s"),
-    "hysteresis.rate_dependence": ("time_constant", "s"),
+    LAG: ("time_constant", "s"),
     "thermal.second_time_constant": ("share", "dimensionless"),
     "sensor.crosstalk": ("leak", "ohm/mA"),
 }
@@ -54,6 +56,10 @@ def _with(model: Vo2Model, cause: Answer) -> Vo2Model:
     same = [one for one in model.mechanisms if one.id == cause.id]
     size = cause.size + (same[0].parameters[name].to(unit) if same and name in same[0].parameters else 0.0)
     parameters = {**(same[0].parameters if same else {}), name: Value(value=size, unit=unit)}
+    if cause.id == LAG and not same:
+        phases = pure_phases(model)
+        parameters["activation"] = Value(value=phases.activation, unit="1/mA^2")
+        parameters["expansion"] = Value(value=phases.expansion, unit="um/mA^2")
     if cause.id == "thermal.second_time_constant":
         parameters["time_constant"] = Value(value=cause.shape, unit="s")
     return replace(model, mechanisms=(*others, MechanismTable(id=cause.id, parameters=parameters)))

@@ -19,7 +19,8 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.doubt.belief import Named, Rows
 from rtctl.models.vo2 import Vo2Model
-from rtctl.plants.vo2.path_run import PathRun
+from rtctl.plants.vo2.doubt.path_run import PathRun
+from rtctl.plants.vo2.doubt.pure_phases import PurePhases, lagging
 from rtctl.simulations.vo2.loop_dynamics import Vo2Dynamics
 
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
@@ -41,8 +42,8 @@ SPREAD, SHAPES, MOST_SHARE = 1.6, 5, 0.9
 class Taken:
     """Changes that were named before, which the rows have besides the one that is asked for."""
 
-    def __init__(self, dynamics: Vo2Dynamics, period_s: float) -> None:
-        self.dynamics, self._period_s = dynamics, period_s
+    def __init__(self, dynamics: Vo2Dynamics, phases: PurePhases, period_s: float) -> None:
+        self.dynamics, self.phases, self._period_s = dynamics, phases, period_s
         self._courses: list[tuple[str, float, int]] = []
 
     def take(self, named: Named, sample: int) -> None:
@@ -53,7 +54,7 @@ class Taken:
         elif named.id == "sensor.lag":
             self.dynamics = replace(own, sensor_lag_s=own.sensor_lag_s + size)
         elif named.id == "hysteresis.rate_dependence":
-            self.dynamics = replace(own, balance=own.balance._replace(lag_s=own.balance.lag_s + size))
+            self.dynamics = lagging(own, size, self.phases)
         elif named.id in ("thermal.ambient_drift", "input.gain_drift", "sensor.ageing", "sensor.gain"):
             self._courses.append((named.id, size, sample))
 
@@ -170,7 +171,10 @@ def explain(
     dynamics = taken.dynamics
     trial = Trial(model, dynamics, rows, onset, before, taken)
     nothing = Named("", "nothing has changed", 0.0, "", trial.cost(trial.base))
-    coarse = [(cause, [cause.cost(trial, size) for size in cause.sizes]) for cause in causes_of(dynamics)]
+    coarse = [
+        (cause, [cause.cost(trial, size) for size in cause.sizes])
+        for cause in causes_of(dynamics, taken.phases)
+    ]
     least = min(min(costs) for _, costs in coarse)
     found = [
         _refined(trial, cause, costs) for cause, costs in coarse if min(costs) <= REFINED * max(least, 1.0)
@@ -222,18 +226,18 @@ def _both(*sizes: float) -> tuple[float, ...]:
     return (*(-size for size in reversed(sizes)), *sizes)
 
 
-def causes_of(own: Vo2Dynamics) -> list[Cause]:
-    """Return the causes that are tried."""
+def causes_of(own: Vo2Dynamics, phases: PurePhases) -> list[Cause]:
+    """Return the causes that are tried; `phases`: what does not lag where the transition does."""
     balance, tau_s = own.balance, own.balance.time_constant_s
 
     def later(t: Trial, s: float) -> float:
         return t.cost(t.run(replace(own, delay_s=own.delay_s + max(s, 0.0))))
 
-    def lagging(t: Trial, s: float) -> float:
+    def reading_late(t: Trial, s: float) -> float:
         return t.cost(t.run(replace(own, sensor_lag_s=own.sensor_lag_s + max(s, 0.0))))
 
     def domains(t: Trial, s: float) -> float:
-        return t.cost(t.run(replace(own, balance=balance._replace(lag_s=balance.lag_s + max(s, 0.0)))))
+        return t.cost(t.run(lagging(own, max(s, 0.0), phases)))
 
     def warming(t: Trial, s: float) -> float:
         return t.cost(t.run(own, heat=s * t.since_s))
@@ -254,7 +258,7 @@ def causes_of(own: Vo2Dynamics) -> list[Cause]:
     rates = _both(0.003, 0.01, 0.03, 0.06, 0.12, 0.3)
     found = [
         Cause("actuation.delay", "the current acts {ms:.2g} ms later", "s", times, later),
-        Cause("sensor.lag", "the reading of the resistance lags by {ms:.2g} ms", "s", times, lagging),
+        Cause("sensor.lag", "the reading of the resistance lags by {ms:.2g} ms", "s", times, reading_late),
         Cause("hysteresis.rate_dependence", "the transition lags by {ms:.2g} ms", "s", times, domains),
         Cause("thermal.ambient_drift", "heat beside the current's grows by {own:.2g} mA^2/s", "mA^2/s", rates,
               warming),

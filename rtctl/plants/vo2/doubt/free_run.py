@@ -18,8 +18,9 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.doubt.belief import Direction, Named, Predicted, Rows
 from rtctl.models.vo2 import Vo2Model
-from rtctl.plants.vo2.explaining import Taken, explain
-from rtctl.plants.vo2.path_run import PathRun
+from rtctl.plants.vo2.doubt.explaining import Taken, explain
+from rtctl.plants.vo2.doubt.path_run import PathRun
+from rtctl.plants.vo2.doubt.pure_phases import lagging, pure_phases
 from rtctl.simulations.vo2.loop_dynamics import Vo2Dynamics, loop_dynamics
 
 HEAT_MA2 = 0.2  # a fifth of a degree
@@ -53,9 +54,7 @@ def copies_of(model: Vo2Model) -> dict[str, Copy]:
         "input.gain_drift": Copy(dynamics=replace(own, current=stronger), size=GAIN),
         "actuation.delay": Copy(dynamics=replace(own, delay_s=own.delay_s + time_s), size=time_s),
         "sensor.lag": Copy(dynamics=replace(own, sensor_lag_s=own.sensor_lag_s + time_s), size=time_s),
-        "hysteresis.rate_dependence": Copy(
-            dynamics=replace(own, balance=balance._replace(lag_s=balance.lag_s + time_s)), size=time_s
-        ),
+        "hysteresis.rate_dependence": Copy(dynamics=lagging(own, time_s, pure_phases(model)), size=time_s),
     }
     if balance.share == 0.0:
         second = balance._replace(share=SECOND_SHARE, second_time_constant_s=SECOND_TIMES * tau_s)
@@ -116,7 +115,8 @@ class Vo2Belief:
     def explain(self, rows: Rows, onset: int, before: tuple[float, float]) -> list[Named]:
         """See `Belief`."""
         if self._taken is None:
-            self._taken = Taken(self._copies[""].dynamics, float(np.median(rows.elapsed_s)))
+            period_s = float(np.median(rows.elapsed_s))
+            self._taken = Taken(self._copies[""].dynamics, pure_phases(self._model), period_s)
         return explain(self._model, rows, onset, before, self._taken)
 
     def take(self, named: Named, sample: int) -> None:
