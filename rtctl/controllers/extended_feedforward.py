@@ -16,6 +16,7 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import kernel
 from rtctl.controllers.feedforward import STILL, InverseParams, walk_to
 from rtctl.estimators.drive import Drive, DriveParams, heating_current, later
+from rtctl.estimators.film_memory import FilmMemory
 from rtctl.estimators.thermal_path import (
     SEEN,
     PathParams,
@@ -23,6 +24,7 @@ from rtctl.estimators.thermal_path import (
     path_params,
     path_step,
     reached,
+    settle_path,
     surrogate_at,
 )
 from rtctl.hysteresis.preisach.model import PreisachParams
@@ -162,6 +164,15 @@ class ExtendedFeedforward:
         """Start at rest at the applied level, from a full cooling; see `Feedforward`."""
         self.memory = self.at_rest(level)
         return level
+
+    def inherit(self, memory: FilmMemory) -> None:
+        """Take over what the film has been through; see `rtctl.estimators.film_memory`."""
+        own, constants = self.memory, self.constants
+        own.forward_film[:], own.forward_beam[:] = memory.film, memory.beam
+        settle_path(
+            own.forward_path, own.forward_film, own.forward_beam, memory.power, constants.forward_path,
+            constants.resistance, constants.deflection,
+        )  # fmt: skip
 
     def step(self, upcoming: float, elapsed_s: float) -> float:
         """Return the command [mA] for the next period; `upcoming` [um] is the setpoint `preview_s` beyond its end."""

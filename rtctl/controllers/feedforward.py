@@ -19,6 +19,7 @@ import numpy as np
 from rtctl.arithmetic.elementary import exp
 from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import kernel
+from rtctl.estimators.film_memory import FilmMemory
 from rtctl.hysteresis.packing import array_at, number_at, pack, preisach_at
 from rtctl.hysteresis.preisach.model import PreisachParams, output_at, preisach_step
 from rtctl.models.span import Span
@@ -102,6 +103,11 @@ class InverseFeedforward:
         """Start at rest at the applied level, from a full cooling; see `Feedforward`."""
         self._memory = self._packed(level)
         return level
+
+    def inherit(self, memory: FilmMemory) -> None:
+        """Take over what the film has been through; see `rtctl.estimators.film_memory`."""
+        state = array_at(self._memory, 0)
+        state[0], state[1:] = memory.power, memory.beam
 
     def _packed(self, level: float) -> FloatArray:
         state = np.concatenate(([level * level], self._model.initial_state(level)))

@@ -20,13 +20,13 @@ from rtctl.arithmetic.elementary import exp, log
 from rtctl.arithmetic.standard_error import combined
 from rtctl.border.arrays import FloatArray
 from rtctl.estimators.drive import Drive, DriveParams, arrival, heating_current, later, send
+from rtctl.estimators.film_memory import FilmMemory
 from rtctl.estimators.observer import (
     DISAGREEMENT,
     DISAGREES,
     NOT_FINITE,
     OUT_OF_RANGE,
     PROBE_MA2,
-    ObserverEstimator,
     ObserverParams,
     believed,
     condition_on,
@@ -37,19 +37,19 @@ from rtctl.estimators.observer import (
 from rtctl.estimators.thermal_path import (
     BENT,
     READ,
-    SEEN,
     SWING,
     WARM,
     PathParams,
     ThermalPath,
     path_params,
     path_step,
+    settle_path,
     surrogate_at,
 )
 from rtctl.hysteresis.preisach.model import PreisachParams, preisach_slope
-from rtctl.interfaces import Estimate, Estimator
+from rtctl.interfaces import Estimate
 from rtctl.models.vo2 import SURROGATE, Vo2Model
-from rtctl.simulations.vo2.heat import phase_at, stored
+from rtctl.simulations.vo2.heat import surrogate_power
 from rtctl.simulations.vo2.loop_dynamics import Vo2Dynamics
 
 
@@ -234,35 +234,33 @@ class ExtendedObserver:
         made.swing = float(self.memory.swing)
         return made
 
-    def inherit(self, other: Estimator) -> None:
-        """Take over what the film has been through, and its heat, from the estimator of a model that was right so far.
+    def film_memory(self) -> FilmMemory:
+        """See `Remembering`."""
+        own, balance = self.memory, self.constants.path.balance
+        power, hotter = (surrogate_power(float(x[WARM]), balance) for x in (own.path, own.probe))
+        stacks = (one.copy() for one in (own.film, own.beam, own.probe_film, own.probe_beam))
+        film, beam, hotter_film, hotter_beam = stacks
+        return FilmMemory(power, film, beam, hotter, hotter_film, hotter_beam, own.filter[2:].copy())
 
-        Turning points that relays have not forgotten were made by the device as it was: a model of the device as it is
-        now, which followed the same commands, would have others. Of an estimator of another kind nothing is taken.
-        """
-        own = self.memory
-        if isinstance(other, ExtendedObserver):
-            of = other.memory
-            for name in ("filter", "film", "beam", "probe_film", "probe_beam"):
-                getattr(own, name)[:] = getattr(of, name)
-            pairs = ((own.path, of.path), (own.probe, of.probe))
-            for mine, theirs in pairs:
-                both = theirs[:2] if other.constants.path.balance.share != 0.0 else (theirs[2], theirs[2])
-                mine[:] = (*both, *theirs[2:])
-        elif isinstance(other, ObserverEstimator):
-            filtered, film, probe_film, beam = other.parts
-            own.filter[2:] = filtered[2:]
-            own.film[:], own.probe_film[:] = film, probe_film
-            own.beam[:] = own.probe_beam[:] = beam
-            for mine, T in ((own.path, filtered[0]), (own.probe, filtered[1])):
-                mine[:3] = mine[WARM] = mine[SEEN] = T
-        else:
-            return
+    def inherit(self, memory: FilmMemory) -> None:
+        """See `Remembering`; what a sensor that lags has not read yet is forgotten."""
+        own, constants = self.memory, self.constants
+        size = min(memory.filter.size, own.filter.size - 2)
+        own.filter[2 : 2 + size] = memory.filter[:size]
+        warm = (own.path, own.film, own.beam, memory.power, memory.film, memory.beam)
+        hotter = (
+            own.probe,
+            own.probe_film,
+            own.probe_beam,
+            memory.hotter,
+            memory.hotter_film,
+            memory.hotter_beam,
+        )
+        for x, film, beam, power, new_film, new_beam in (warm, hotter):
+            film[:], beam[:] = new_film, new_beam
+            settle_path(x, film, beam, power, constants.path, constants.resistance, constants.deflection)
         own.before[:] = math.nan
-        for mine, film, beam in ((own.path, own.film, own.beam), (own.probe, own.probe_film, own.probe_beam)):
-            balance, T = self.constants.path.balance, float(mine[WARM])
-            phase = phase_at(T, beam, balance, self.constants.deflection)
-            mine[3], mine[4] = (
-                1.0,
-                stored(T, phase, film, self.constants.path.cold, balance, self.constants.resistance),
-            )
+
+    def drift_from_now(self) -> None:
+        """Let what drifts begin to do so at the present sample."""
+        self.memory.clock[:] = 0.0

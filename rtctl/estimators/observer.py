@@ -33,6 +33,7 @@ import numpy as np
 from rtctl.arithmetic.elementary import exp, log
 from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import kernel
+from rtctl.estimators.film_memory import FilmMemory
 from rtctl.hysteresis.packing import array_at, number_at, pack, preisach_at
 from rtctl.hysteresis.preisach.model import PreisachParams, preisach_slope, preisach_step
 from rtctl.interfaces import Estimate, EstimateStatus
@@ -260,10 +261,16 @@ class ObserverEstimator:
         """The memory that `packed_observer_step` advances, until the next start."""
         return self._memory
 
-    @property
-    def parts(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """The filter's x, then the stacks of -ln R, of it a little hotter, and of the deflection."""
-        return tuple(np.array(array_at(self._memory, k)) for k in range(4))  # type: ignore[return-value]
+    def film_memory(self) -> FilmMemory:
+        """See `Remembering`."""
+        x, film, hotter, beam = (np.array(array_at(self._memory, k)) for k in range(4))
+        return FilmMemory(float(x[0]), film, beam, float(x[1]), hotter, beam.copy(), x[2:])
+
+    def inherit(self, memory: FilmMemory) -> None:
+        """See `Remembering`."""
+        x, film, hotter, beam = (array_at(self._memory, k) for k in range(4))
+        x[0], x[1], x[2 : 2 + memory.filter.size] = memory.power, memory.hotter, memory.filter
+        film[:], hotter[:], beam[:] = memory.film, memory.hotter_film, memory.beam
 
     def estimate_of(self, value: float, surrogate: float, error: float, status: int) -> Estimate:
         """Return what the kernel computed as an estimate; its error is through b alone."""

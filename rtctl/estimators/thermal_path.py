@@ -29,6 +29,7 @@ from rtctl.simulations.vo2.heat import (
     phase_at,
     stored,
     surrogate_power,
+    temperature_at,
 )
 from rtctl.simulations.vo2.loop_dynamics import Vo2Dynamics
 from rtctl.simulations.vo2.mechanism import Balance
@@ -223,6 +224,17 @@ def reached(  # noqa: PLR0913
         before, middle, warm = warm, step.half + halfway, step.T + drift
         seen = relax(seen, before, middle, warm, h, p.balance.lag_s)
     return surrogate_power(seen, p.balance)
+
+
+# 7 parameters because a kernel takes its arrays one by one
+def settle_path(
+    x: FloatArray, film: FloatArray, beam: FloatArray, power: float, p: PathParams, r: PreisachParams,
+    d: PreisachParams,
+) -> None:  # fmt: skip
+    """Set all temperatures of a path to that of a surrogate's power [mA^2], with the relays as they are."""
+    T = temperature_at(power, p.balance)
+    x[:3] = x[WARM] = x[SEEN] = T
+    x[3], x[4] = 1.0, stored(T, phase_at(T, beam, p.balance, d), film, p.cold, p.balance, r)
 
 
 class ThermalPath:

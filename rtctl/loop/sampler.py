@@ -20,6 +20,7 @@ from rtctl.interfaces import Clock, Controller, Estimator, SignalRecorder
 from rtctl.loop.events import Events
 from rtctl.loop.live_parameters import MODEL, SETPOINT, STOP, ParameterChannel
 from rtctl.loop.step import Levels, Step, upcoming_setpoints
+from rtctl.loop.successor import hand_on
 from rtctl.safety.guards import EnergyGuard, ReadingGuard
 from rtctl.safety.limits import CommandLimits
 from rtctl.safety.plausibility import Plausibility
@@ -264,6 +265,8 @@ class Sampler:
             raise InputError("the device was armed again since this model was prepared; ask for it again")
         if successor.take_over(self.levels) != self.at.index:
             raise InputError("rows of this run are missing, which the model's estimator would have to follow")
+        if not successor.knows_all(self.first):
+            hand_on(self.step, successor.step)
         self.step, self.upcoming = successor.step, successor.upcoming
         self._upcoming, self._decide = floats(self.upcoming), self.step.step
         self.contradicted = self._asking_the_model()

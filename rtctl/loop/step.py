@@ -38,6 +38,16 @@ class Step(Protocol):
     reading_error: float
     """RMS error of the reading that the estimator's model expects, as a logarithm; infinite: it expects none."""
 
+    @property
+    def estimator(self) -> Estimator:
+        """The estimator."""
+        ...
+
+    @property
+    def controller(self) -> Controller:
+        """The controller."""
+        ...
+
     def model_reading(self) -> float:
         """Return the reading that the model expected in the last step, as a logarithm."""
         ...
@@ -113,7 +123,7 @@ class ReadableStep:
     def __init__(
         self, estimator: Estimator, controller: Controller, limits: tuple[CommandLimits, ...]
     ) -> None:
-        self._estimator, self._controller, self._limits = estimator, controller, limits
+        self.estimator, self.controller, self._limits = estimator, controller, limits
         self.preview_s = preview_of(controller)
         self._model_reading: Callable[[], float] = getattr(estimator, "model_reading", lambda: math.nan)
         self.reading_error = float(getattr(estimator, "reading_error", math.inf))
@@ -124,8 +134,8 @@ class ReadableStep:
 
     def start(self, levels: Levels, setpoint: float, sensed: Sequence[float], period_s: float) -> Levels:
         """See `Step`."""
-        estimate = self._estimator.start(levels, sensed)
-        self._controller.start(levels, setpoint, estimate)
+        estimate = self.estimator.start(levels, sensed)
+        self.controller.start(levels, setpoint, estimate)
         return self._command(setpoint, setpoint, estimate, levels, period_s).levels
 
     def step(
@@ -138,7 +148,7 @@ class ReadableStep:
         elapsed_s: float,
     ) -> Decision:
         """See `Step`."""
-        estimate = self._estimator.step(believed, sensed, elapsed_s)
+        estimate = self.estimator.step(believed, sensed, elapsed_s)
         return self._command(setpoint, upcoming, estimate, levels, elapsed_s)
 
     def follow(
@@ -151,23 +161,23 @@ class ReadableStep:
         elapsed_s: float,
     ) -> None:
         """See `Step`."""
-        estimate = self._estimator.step(believed, sensed, elapsed_s)
-        self._controller.step(setpoint, upcoming, estimate, elapsed_s)
-        self._controller.applied(applied)
+        estimate = self.estimator.step(believed, sensed, elapsed_s)
+        self.controller.step(setpoint, upcoming, estimate, elapsed_s)
+        self.controller.applied(applied)
 
     def parameters(self) -> Mapping[str, float]:
         """See `Step`."""
-        return parameters_of(self._controller)
+        return parameters_of(self.controller)
 
     def change(self, name: str, value: float) -> None:
         """See `Step`."""
-        change_of(self._controller, name, value)
+        change_of(self.controller, name, value)
 
     def _command(
         self, setpoint: float, upcoming: float, estimate: Estimate, levels: Levels, elapsed_s: float
     ) -> Decision:
         """Control, limit, and tell the controller which levels are applied. Raise DriverError on a NaN."""
-        action = self._controller.step(setpoint, upcoming, estimate, elapsed_s)
+        action = self.controller.step(setpoint, upcoming, estimate, elapsed_s)
         asked = action.levels
         if len(asked) == 1:
             allowed: Levels = (self._limits[0].clip(asked[0], levels[0], elapsed_s),)
@@ -176,7 +186,7 @@ class ReadableStep:
                 limit.clip(level, old, elapsed_s)
                 for limit, level, old in zip(self._limits, asked, levels, strict=True)
             )
-        self._controller.applied(allowed)
+        self.controller.applied(allowed)
         return Decision(estimate, allowed, action.terms)
 
 

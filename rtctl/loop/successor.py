@@ -39,8 +39,20 @@ class Past(NamedTuple):
     """Sample from which on the device is another one."""
     estimator: Estimator
     """Of that model; it follows until then."""
-    inherit: Callable[[Estimator], None]
+    inherit: Callable[[], None]
     """Lets the estimator that takes over have its memory."""
+
+
+def hand_on(before: Step, heir: Step) -> None:
+    """Let a step take over what the film has been through from the one that decided so far, where both can."""
+    remembering = getattr(before.estimator, "film_memory", None)
+    if remembering is None:
+        return
+    memory = remembering()
+    for part in (heir.estimator, getattr(heir.controller, "feedforward", None)):
+        inherit = getattr(part, "inherit", None)
+        if inherit is not None:
+            inherit(memory)
 
 
 class Successor:
@@ -97,6 +109,10 @@ class Successor:
         self._complete(levels)
         return self._previous
 
+    def knows_all(self, first: int) -> bool:
+        """Return whether it has followed the device as it was, from the run's start before sample `first` on."""
+        return self.past is not None and self.since <= first
+
     def _complete(self, levels: Levels) -> None:
         """Take the row that waits, after which `levels` were commanded."""
         if self._waiting is None:
@@ -108,7 +124,7 @@ class Successor:
             if index < self.past.until:
                 self.past.estimator.step(self._sent[0], sensed, elapsed_s)
             else:
-                self.past.inherit(self.past.estimator)
+                self.past.inherit()
                 self._is_heir = True
         self.step.follow(setpoint, aimed, self._sent[0], levels, sensed, elapsed_s)
         self._previous, self._waiting = index, None

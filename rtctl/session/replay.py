@@ -21,7 +21,7 @@ from rtctl.loop.events import Event, read_events
 from rtctl.loop.live_parameters import MODEL as MODEL_CHANGE
 from rtctl.loop.live_parameters import SETPOINT
 from rtctl.loop.step import Levels, Step, upcoming_setpoints
-from rtctl.loop.successor import Successor
+from rtctl.loop.successor import Successor, hand_on
 from rtctl.plant_control.lookup import support_of
 from rtctl.scenario.schema import Scenario, checked_scenario
 from rtctl.session.closed_loop import planned_step
@@ -131,7 +131,7 @@ def _rows(run: Recorded, step: Step, setpoints: FloatArray) -> Iterable[tuple[fl
     chosen: float | None = None
     sent: deque[Levels] = deque(maxlen=delay + 1)
     levels: Levels = ()
-    previous = -1
+    previous, started_at = -1, 0
     for row, index in enumerate(signals["index"].astype(np.int64).tolist()):
         while events and events[0].step <= index:
             event = events.pop(0)
@@ -140,7 +140,7 @@ def _rows(run: Recorded, step: Step, setpoints: FloatArray) -> Iterable[tuple[fl
                 sent.extend((delay + 1) * [applied])
                 first_setpoint = plan[event.step] if chosen is None else chosen
                 levels = step.start(applied, first_setpoint, event.values["sensed"], period_s)
-                previous = event.step - 1
+                previous, started_at = event.step - 1, event.step
             elif event.kind == "change" and event.values["name"] == SETPOINT:
                 value = event.values["value"]
                 chosen = None if value != value else value
@@ -148,6 +148,8 @@ def _rows(run: Recorded, step: Step, setpoints: FloatArray) -> Iterable[tuple[fl
                 step.change(event.values["name"], event.values["value"])
             elif event.kind == MODEL_CHANGE:
                 successor = _succeeding(run, event, setpoints, levels)
+                if not successor.knows_all(started_at):
+                    hand_on(step, successor.step)
                 step, upcoming = successor.step, successor.upcoming.tolist()
         if not levels:
             raise InputError(f"{EVENTS} does not say where the run started before sample {index}")

@@ -129,3 +129,49 @@ def test_causes_add_up_in_the_model() -> None:
     assert loop_dynamics(model).balance.second_time_constant_s == pytest.approx(6e-3)
     with pytest.raises(InputError):
         retuned_model(small_model(), [answer("actuation.delay", -1e-3)])
+
+
+def error_since(
+    asked: Asked, change_s: float, before_um: float, after_um: float, until_s: float = 12.0
+) -> None:
+    """Let the run be seen whose tracking error changes."""
+    asked.see(rows(change_s, before_um))
+    whole = rows(until_s, after_um)
+    asked.see({name: column[round(change_s / PERIOD_S) :] for name, column in whole.items()})
+
+
+def test_nothing_is_tried_while_the_error_has_hardly_grown_and_it_is_once_it_has(tmp_path: Path) -> None:
+    asked = Asked(tmp_path, use_reference=True)
+    error_since(asked, 8.0, 2.0, 2.1)
+    finding = Finding("named", 1199, 800, "the sensor reads less", (answer("sensor.gain", LOST),))
+    said = asked.retuning.act(finding)
+    assert said.startswith("retune: not done: the mean tracking error has hardly grown, 2 -> 2.1 um")
+    assert asked.models == []
+    assert asked.see(rows(1.0, 2.1, 1200)) == []
+    again, = asked.see(rows(3.0, 3.0, 1300))  # fmt: skip
+    assert again.message == "the mean tracking error has grown since, 2 -> 3 um: the sensor reads less"
+    assert "takes over on trial" in asked.retuning.act(again)
+    assert asked.models == [1]
+
+
+def test_a_drift_is_kept_where_going_back_would_be_worse(asked: Asked) -> None:
+    asked.name(answer("sensor.gain", LOST))
+    verdict, = asked.see(rows(9.5, 2.1, 1200))  # fmt: skip
+    assert verdict.kind == "rolled_back", "the small model senses to less than 2.1 um"
+    assert "the model before would sense" in verdict.message
+    asked = Asked(asked.retuning._folder, use_reference=True)
+    asked.see(rows(12.0, 0.01))
+    asked.name(answer("sensor.gain", LOST))
+    verdict, = asked.see(rows(9.5, 0.02, 1200))  # fmt: skip
+    assert verdict.kind == "retuned", "the model before senses worse than the loop tracks"
+
+
+def test_a_resistance_that_drifts_is_followed_from_the_newest_onset_on() -> None:
+    drift, delay = answer("sensor.ageing", 0.005), answer("actuation.delay", 1e-3)
+    model = retuned_model(small_model(), [drift, delay], [20.0, 0.0])
+    dynamics = loop_dynamics(model)
+    assert math.exp(-dynamics.reading.offset) == pytest.approx(1.1)
+    assert dynamics.ageing == pytest.approx(0.005 / 1.1)
+    assert dynamics.ageing_slowing_s > 0.0, "nobody knows how long it goes on"
+    with pytest.raises(InputError, match="leaves no resistance"):
+        retuned_model(small_model(), [answer("sensor.ageing", -0.1)], [20.0])

@@ -109,7 +109,7 @@ class CompiledStep:
     def __init__(
         self, estimator: ObserverEstimator, controller: PiController, limits: tuple[CommandLimits, ...]
     ) -> None:
-        self._estimator, self._controller, self._limit = estimator, controller, limits[0]
+        self.estimator, self.controller, self._limit = estimator, controller, limits[0]
         self._readable = ReadableStep(estimator, controller, limits)
         self.preview_s, self.reading_error = preview_of(controller), estimator.reading_error
         self._control = np.zeros(8)
@@ -119,8 +119,8 @@ class CompiledStep:
     def start(self, levels: Levels, setpoint: float, sensed: Sequence[float], period_s: float) -> Levels:
         """Start the parts and take over their state; see `Step`."""
         first = self._readable.start(levels, setpoint, sensed, period_s)
-        self._memory = self._estimator.memory
-        self._forward = _memory_of(self._controller.feedforward)
+        self._memory = self.estimator.memory
+        self._forward = _memory_of(self.controller.feedforward)
         self._take_over()
         return first
 
@@ -140,7 +140,7 @@ class CompiledStep:
         )  # fmt: skip
         if not math.isfinite(asked):
             self._limit.clip(asked, levels[0], elapsed_s)  # raises, with the reason
-        estimate = self._estimator.estimate_of(value, surrogate, error, status)
+        estimate = self.estimator.estimate_of(value, surrogate, error, status)
         return Decision(estimate, (allowed,), CommandTerms(*terms))
 
     def follow(
@@ -158,24 +158,24 @@ class CompiledStep:
 
     def model_reading(self) -> float:
         """See `Step`."""
-        return self._estimator.model_reading()
+        return self.estimator.model_reading()
 
     def kernel_arguments(self) -> tuple[FloatArray, FloatArray, FloatArray, float]:
         """Return the memories that `observer_pi_step` advances, and the standard error of the model's fit [um]."""
-        return self._memory, self._control, self._forward, self._estimator.fit_error
+        return self._memory, self._control, self._forward, self.estimator.fit_error
 
     def parameters(self) -> Mapping[str, float]:
         """See `Step`."""
-        return self._controller.parameters()
+        return self.controller.parameters()
 
     def change(self, name: str, value: float) -> None:
         """Change a parameter in the controller and take it over; see `Step`."""
-        self._controller.resume(PiState(float(self._control[INTEGRAL]), float(self._control[ERROR])))
+        self.controller.resume(PiState(float(self._control[INTEGRAL]), float(self._control[ERROR])))
         self._readable.change(name, value)
         self._take_over()
 
     def _take_over(self) -> None:
-        controller, limit = self._controller, self._limit
+        controller, limit = self.controller, self._limit
         integral, error = controller.state()
         self._control[:] = (integral, error, controller.gains.kp, controller.gains.ki, controller.deadband,
                             limit.low, limit.high, limit.slew_per_s)  # fmt: skip

@@ -23,7 +23,7 @@ from rtctl.doubt.watch import Finding
 from rtctl.registry import plant_kind
 from rtctl.scenario.schema import Scenario
 from rtctl.session.doubting.recorded import RowReader
-from rtctl.session.live.successors import model_name, write_onset
+from rtctl.session.live.successors import model_name, past_of, write_onset
 from rtctl.wiring import build_estimator
 
 KEPT_S = 24.0
@@ -40,6 +40,27 @@ ALONE = 0.8
 """Probability from which a cause stands alone, where no reference decides between several."""
 
 
+GROWN = 1.2
+"""Times by which the measured error has to have grown: below it a trial costs more than a new model can win."""
+LEAST_S = 2.0
+"""Time before a change by whose error the one since is judged [s], and the newest one that is [s]."""
+
+
+class Told(NamedTuple):
+    """A cause that was taken for true, and since which sample."""
+
+    cause: Answer
+    since: int
+
+
+class Waiting(NamedTuple):
+    """A finding that has not made the loop worse yet."""
+
+    finding: Finding
+    before: float
+    """Measured error before the change [the output's unit]."""
+
+
 class Trial(NamedTuple):
     """A model that has taken over, on trial."""
 
@@ -48,7 +69,7 @@ class Trial(NamedTuple):
     """First sample that is judged."""
     before: float
     """Measured error before it took over [the output's unit]."""
-    causes: tuple[Answer, ...]
+    causes: tuple[Told, ...]
     output: Callable[[Mapping[str, FloatArray]], FloatArray]
     """What stands for the output in rows (n,) [its unit]."""
 
@@ -76,7 +97,8 @@ class Retuning:
         self._period_s = scenario.scenario.period_s
         self._rows: deque[Mapping[str, FloatArray]] = deque()
         self._trial: Trial | None = None
-        self._kept: tuple[Answer, ...] = ()
+        self._waiting: Waiting | None = None
+        self._kept: tuple[Told, ...] = ()
         self._in_force = self._number = 0
 
     def see(self, table: Mapping[str, FloatArray]) -> Iterator[Finding]:
@@ -89,20 +111,55 @@ class Retuning:
         if trial is not None and newest >= trial.begins + TRIAL_S / self._period_s:
             self._trial = None
             yield self._judged(trial, int(newest))
+        waiting = self._waiting
+        if waiting is not None and self._trial is None:
+            now = self._error_now(self._joined())
+            if now >= GROWN * waiting.before:
+                self._waiting = None
+                unit = self._scenario.profile.reference.unit
+                said = f"the mean tracking error has grown since, {waiting.before:.3g} -> {now:.3g} {unit}: "
+                yield waiting.finding._replace(sample=int(newest), message=said + waiting.finding.message)
 
     def act(self, finding: Finding) -> str:
         """Return what is done about a finding, in words; only causes that were named are acted on."""
         if finding.kind != "named" or not finding.causes or self._trial is not None:
             return ""
+        self._waiting = None
         try:
+            rows = self._joined()
+            before = self._error_before(rows, finding.since)
+            now = self._error_now(rows)
+            if now < GROWN * before:
+                self._waiting = Waiting(finding, before)
+                raise InputError(
+                    f"the mean tracking error has hardly grown, {before:.3g} -> {now:.3g} "
+                    f"{self._scenario.profile.reference.unit}: a trial could cost more than it wins"
+                )
             return self._try(finding)
         except (InputError, RunError) as error:
             return f"retune: not done: {error}"
 
+    def _error_before(self, rows: Mapping[str, FloatArray], since: int) -> float:
+        """Return the measured tracking error before a change; 0 where the rows do not tell: any is more."""
+        index = rows["index"]
+        judged = (index >= index[0] + FORGOTTEN_S / self._period_s) & (index < since)
+        if not self._measures(rows) or judged.sum() < LEAST_S / self._period_s:
+            return 0.0
+        return _mean_error(rows, rows[self._reference], judged)
+
+    def _error_now(self, rows: Mapping[str, FloatArray]) -> float:
+        """Return the measured tracking error of the newest rows; infinite where nothing measures it."""
+        if not self._measures(rows):
+            return np.inf
+        newest = rows["index"] > rows["index"][-1] - LEAST_S / self._period_s
+        return _mean_error(rows, rows[self._reference], newest)
+
     def _try(self, finding: Finding) -> str:
         rows = self._joined()
         since = rows["index"] >= finding.since
-        causes, model, said = self._rehearsed(finding.causes, rows, since)
+        causes, model, said = self._rehearsed(
+            [Told(one, finding.since) for one in finding.causes], rows, since
+        )
         output = self._output_of(model)
         recent = rows["index"] >= max(float(finding.since), rows["index"][-1] - TRIAL_S / self._period_s)
         before = _mean_error(rows, output(rows), recent)
@@ -117,25 +174,26 @@ class Retuning:
         return f"retune: {path.name} takes over on trial: {said}; {tuned}"
 
     def _rehearsed(
-        self, told: Sequence[Answer], rows: Mapping[str, FloatArray], since: BoolArray
-    ) -> tuple[tuple[Answer, ...], Any, str]:
+        self, told: Sequence[Told], rows: Mapping[str, FloatArray], since: BoolArray
+    ) -> tuple[tuple[Told, ...], Any, str]:
         """Return the causes with the best one, its model, and how it was found. Raises InputError where none is."""
         if not self._use or not np.isfinite(rows[self._reference][since]).any():
             best = told[0]
-            if best.probability < ALONE:
+            if best.cause.probability < ALONE:
+                both = " and ".join(one.cause.id for one in told[:2])
                 raise InputError(
-                    f"{' and '.join(one.id for one in told[:2])} explain the readings alike and ask for different "
-                    "loops; only the reference instrument could tell"
+                    f"{both} explain the readings alike and ask for different loops; only the reference instrument "
+                    "could tell"
                 )
             causes = (*self._kept, best)
             return (
                 causes,
                 self._made(causes),
-                f"it removes {100.0 * best.removes:.0f} % of the readings' error",
+                f"it removes {100.0 * best.cause.removes:.0f} % of the readings' error",
             )
         begin = float(rows["index"][np.argmax(since)])
         today = self._sensing_error(self._made(self._kept), rows, begin)
-        found: list[tuple[float, tuple[Answer, ...], Any]] = []
+        found: list[tuple[float, tuple[Told, ...], Any]] = []
         refused = ""
         for one in told:
             causes = (*self._kept, one)
@@ -149,21 +207,22 @@ class Retuning:
         _, causes, _ = min(found, key=lambda one: one[0])
         least, causes, model = self._refined(causes, rows, begin)
         unit = self._scenario.profile.reference.unit
-        said = f"in the rehearsal {causes[-1].id} brings the estimate's error from {today:.3g} to {least:.3g} {unit}"
+        name = causes[-1].cause.id
+        said = f"in the rehearsal {name} brings the estimate's error from {today:.3g} to {least:.3g} {unit}"
         if not least < today:
             raise InputError(f"{said}, which is no gain")
         return causes, model, said
 
     def _refined(
-        self, causes: tuple[Answer, ...], rows: Mapping[str, FloatArray], begin: float
-    ) -> tuple[float, tuple[Answer, ...], Any]:
+        self, causes: tuple[Told, ...], rows: Mapping[str, FloatArray], begin: float
+    ) -> tuple[float, tuple[Told, ...], Any]:
         """Return the rehearsal's error, causes and model with the size of the last cause that senses best."""
         from scipy.optimize import minimize_scalar
 
-        *kept, cause = causes
+        *kept, (cause, since) = causes
 
-        def with_size(times: float) -> tuple[Answer, ...]:
-            return (*kept, cause._replace(size=times * cause.size))
+        def with_size(times: float) -> tuple[Told, ...]:
+            return (*kept, Told(cause._replace(size=times * cause.size), since))
 
         def error_with(times: float) -> float:
             try:
@@ -183,7 +242,12 @@ class Retuning:
         measured = f"mean tracking error {trial.before:.3g} -> {after:.3g} {unit}"
         if not self._measures(rows):
             measured += " by the new model's free run"
-        if after < trial.before:
+        kept = after < trial.before
+        if not kept and self._measures(rows):  # what drifts has gone on: going back would be worse still
+            back = self._sensing_error(self._made(self._kept), rows, trial.begins)
+            kept = back > after
+            measured += f"; the model before would sense {back:.3g} {unit} off by now"
+        if kept:
             self._kept, self._in_force = trial.causes, trial.number
             return Finding("retuned", sample, trial.begins, f"{model_name(trial.number)} is kept: {measured}")
         try:
@@ -201,8 +265,11 @@ class Retuning:
     def _measures(self, rows: Mapping[str, FloatArray]) -> bool:
         return self._use and bool(np.isfinite(rows[self._reference]).any())
 
-    def _made(self, causes: Sequence[Answer]) -> Any:
-        return self._kind.part(self._kind.retuned)(self._model, causes)
+    def _made(self, causes: Sequence[Told]) -> Any:
+        """Return the model with causes, at the moment since which the newest one acts."""
+        newest = max((one.since for one in causes), default=0)
+        ages_s = [(newest - one.since) * self._period_s for one in causes]
+        return self._kind.part(self._kind.retuned)(self._model, [one.cause for one in causes], ages_s)
 
     def _joined(self) -> dict[str, FloatArray]:
         return {name: np.concatenate([one[name] for one in self._rows]) for name in self._rows[0]}
@@ -231,22 +298,22 @@ class Retuning:
         """
         profile, delay = self._scenario.profile, self._scenario.reading_delay
         estimator = build_estimator(self._scenario, model)
-        past = build_estimator(self._scenario, self._made(self._kept))
-        inherit = getattr(estimator, "inherit", None)
+        heir = past_of(self._scenario, 0, self._made(self._kept), 0, estimator)
         sensed = np.stack([rows[channel.name] for channel in profile.sensed], axis=1).tolist()
         levels = np.stack([rows[channel.name] for channel in profile.commands], axis=1)
         believed = np.concatenate([np.repeat(levels[:1], delay, axis=0), levels])[: len(levels)].tolist()
         elapsed_s = (self._period_s * np.diff(rows["index"])).tolist()
         estimator.start(believed[0], sensed[0])
-        past.start(believed[0], sensed[0])
+        if heir is not None:
+            heir.estimator.start(believed[0], sensed[0])
         values, changed = [np.nan], int(np.argmax(rows["index"] >= since))
         for k, (level, reading, time_s) in enumerate(
             zip(believed[1:], sensed[1:], elapsed_s, strict=True), start=1
         ):
-            if inherit is not None and k < changed:
-                past.step(level, reading, time_s)
-            elif inherit is not None and k == changed:
-                inherit(past)
+            if heir is not None and k < changed:
+                heir.estimator.step(level, reading, time_s)
+            elif heir is not None and k == changed:
+                heir.inherit()
             values.append(estimator.step(level, reading, time_s).value)
         first, last = rows["index"][0], rows["index"][-1]
         sure = since + min(UNCERTAIN_S / self._period_s, (last - since) / 3.0)

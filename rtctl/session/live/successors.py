@@ -2,7 +2,7 @@
 
 The models lie in the run's folder, `model.toml` (number 0) and `retuned-N.toml`. The limits of the commands stay those
 with which the run began: no model that was made while it lasts can widen them. Of a long run the last `HISTORY_S` are
-followed; what lies before them a film has forgotten, by turning points that it passed since.
+followed; what the film has been through before them is handed on by the estimator that decided so far.
 """
 
 from __future__ import annotations
@@ -96,8 +96,17 @@ def read_onset(folder: Path, number: int) -> tuple[int, int] | None:
 
 def past_of(scenario: Scenario, number: int, model: Any, until: int, heir: Estimator) -> Past | None:
     """Return the past of an estimator that can take over another one's memory; None where it cannot."""
-    inherit = getattr(heir, "inherit", None)
-    return None if inherit is None else Past(number, until, build_estimator(scenario, model), inherit)
+    estimator = build_estimator(scenario, model)
+    if not (
+        hasattr(heir, "inherit") and hasattr(heir, "drift_from_now") and hasattr(estimator, "film_memory")
+    ):
+        return None
+
+    def inherit() -> None:
+        heir.inherit(estimator.film_memory())
+        heir.drift_from_now()
+
+    return Past(number, until, estimator, inherit)
 
 
 def started(

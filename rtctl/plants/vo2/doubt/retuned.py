@@ -1,7 +1,8 @@
 """A VO2 model with what a doubted run has found: causes that began at once, in the places that the loop uses.
 
-A drift (of ambient, of the current's gain, of the film) is none of them: the observer follows heat by itself, and a
-model that is fixed at one moment is wrong at the next one.
+A resistance that drifts is followed from the moment since which the model is right, ever more slowly (`FADES_S`):
+nobody knows how long it goes on, and a loop that nobody watches any more must not follow it for ever. Other drifts have
+no place: the observer follows heat by itself.
 """
 
 from __future__ import annotations
@@ -28,25 +29,52 @@ PLACES = {
 """Parameter and unit of each mechanism that takes the size of a cause."""
 
 
-def retuned_model(model: Vo2Model, causes: Sequence[Answer]) -> Vo2Model:
+AGEING, FADES_S = "sensor.ageing", 60.0
+"""A drift of the resistance, and the time after which a model follows it with the logarithm of time [s]."""
+
+
+def retuned_model(model: Vo2Model, causes: Sequence[Answer], ages_s: Sequence[float] = ()) -> Vo2Model:
     """Return a model with causes that have begun since it was identified, one after the other.
+
+    Args:
+        model: The identified model.
+        causes: What has changed.
+        ages_s: How long each cause had acted [s] when the newest one began; left out: they began with it.
 
     Raises:
         InputError: a cause has no place in estimator and tuning, or its size none in the mechanism.
     """
     made = model
-    for cause in causes:
-        made = _with(made, cause)
+    for cause, age_s in zip(causes, ages_s or [0.0] * len(causes), strict=True):
+        made = _ageing(made, cause, age_s) if cause.id == AGEING else _with(made, cause)
     loop_dynamics(made)  # refuses what is out of a mechanism's range
     return made
 
 
+def _gained(model: Vo2Model, factor: float) -> Vo2Model:
+    """Return a model whose sensor reads the resistance times a factor."""
+    before = model.corrections.get("resistance_offset")
+    offset = math.log(factor) + (before.value if before is not None else 0.0)
+    value = Value(value=offset, unit="dimensionless")
+    return replace(model, corrections={**model.corrections, "resistance_offset": value})
+
+
+def _ageing(model: Vo2Model, cause: Answer, age_s: float) -> Vo2Model:
+    """Return a model whose resistance has drifted for some time [s], and goes on."""
+    drifted = 1.0 + cause.size * age_s
+    if not drifted > 0.0:
+        raise InputError(f"{cause.id} of {cause.size:.3g} 1/s leaves no resistance after {age_s:.3g} s")
+    parameters = {
+        "rate": Value(value=cause.size / drifted, unit="1/s"), "slowing_time": Value(value=FADES_S, unit="s"),
+    }  # fmt: skip
+    others = tuple(one for one in model.mechanisms if one.id != AGEING)
+    made = _gained(model, drifted) if age_s > 0.0 else model
+    return replace(made, mechanisms=(*others, MechanismTable(id=AGEING, parameters=parameters)))
+
+
 def _with(model: Vo2Model, cause: Answer) -> Vo2Model:
     if cause.id == "sensor.gain":
-        before = model.corrections.get("resistance_offset")
-        offset = math.log1p(cause.size) + (before.value if before is not None else 0.0)
-        value = Value(value=offset, unit="dimensionless")
-        return replace(model, corrections={**model.corrections, "resistance_offset": value})
+        return _gained(model, 1.0 + cause.size)
     if cause.id not in PLACES:
         raise InputError(
             f"{cause.id} has no place in estimator and tuning that a model of one moment could take"

@@ -1,0 +1,47 @@
+"""What a film has been through, as an estimator knows it: for the estimator and the feedforward that take over.
+
+Relays remember the turning points that no larger motion has wiped. These were made by the device as it was then; a
+model that only follows the last seconds of a run, or that was wrong for a while, has others.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Protocol
+
+from rtctl.border.arrays import FloatArray
+
+
+class FilmMemory(NamedTuple):
+    """Temperatures as the squares of the currents that hold them [mA^2], and relays."""
+
+    power: float
+    film: FloatArray
+    """Stack of -ln R."""
+    beam: FloatArray
+    """Stack of the deflection."""
+    hotter: float
+    """The same a little hotter."""
+    hotter_film: FloatArray
+    hotter_beam: FloatArray
+    filter: FloatArray
+    """The filter's state without its first two entries (n,): heat, model error, their variances."""
+
+
+class Remembering(Protocol):
+    """An estimator that knows what the film has been through."""
+
+    def film_memory(self) -> FilmMemory:
+        """Return it, as copies."""
+        ...
+
+    def inherit(self, memory: FilmMemory) -> None:
+        """Take it over from another estimator."""
+        ...
+
+
+class Inheriting(Protocol):
+    """A feedforward whose model has a film."""
+
+    def inherit(self, memory: FilmMemory) -> None:
+        """Take over what the film has been through."""
+        ...
