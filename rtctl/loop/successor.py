@@ -110,8 +110,8 @@ class Successor:
         return self._previous
 
     def knows_all(self, first: int) -> bool:
-        """Return whether it has followed the device as it was, from the run's start before sample `first` on."""
-        return self.past is not None and self.since <= first
+        """Return whether it has followed all of the run, which began before sample `first`."""
+        return self.since <= first
 
     def _complete(self, levels: Levels) -> None:
         """Take the row that waits, after which `levels` were commanded."""

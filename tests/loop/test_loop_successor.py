@@ -18,6 +18,7 @@ from rtctl.loop.supervisor import LoopOutcome
 from rtctl.models.vo2 import read_model, write_model
 from rtctl.scenario.schema import load_scenario
 from rtctl.session.closed_loop import track
+from rtctl.session.live import successors
 from rtctl.session.run_files import RunResult, write_run
 from rtctl.session.run_folder import RunFolder, run_metadata
 from rtctl.wiring import build_driver
@@ -79,9 +80,16 @@ def test_the_same_model_takes_over_without_a_bump(
     assert rtctl.replay(tmp_path / "run").same
 
 
-def test_an_extended_model_takes_over_and_the_first_one_comes_back(tmp_path: Path, model_file: Path) -> None:
+@pytest.mark.parametrize("until", [None, 1000], ids=["right from the start", "right since sample 1000"])
+@pytest.mark.parametrize("history_s", [20.0, 0.8], ids=["all of the run", "its last 0.8 s"])
+def test_an_extended_model_takes_over_and_the_first_one_comes_back(
+    tmp_path: Path, model_file: Path, monkeypatch: pytest.MonkeyPatch, until: int | None, history_s: float
+) -> None:
+    monkeypatch.setattr(successors, "HISTORY_S", history_s)
     folder = tmp_path / "run"
     folder.mkdir()
+    if until is not None:
+        successors.write_onset(folder, 1, before=0, until=until)
     shifted = {"resistance_offset": Value(value=0.1, unit="dimensionless")}
     write_model(replace(read_model(model_file), corrections=shifted), folder / "retuned-1.toml")
     result, outcome, said = run_of(folder, model_file, [1, 0], unlocked=True)
