@@ -16,7 +16,6 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import kernel
 from rtctl.controllers.feedforward import STILL, InverseParams, walk_to
 from rtctl.estimators.drive import Drive, DriveParams, heating_current, later
-from rtctl.estimators.film_memory import FilmMemory
 from rtctl.estimators.thermal_path import (
     SEEN,
     PathParams,
@@ -27,6 +26,7 @@ from rtctl.estimators.thermal_path import (
     settle_path,
     surrogate_at,
 )
+from rtctl.hysteresis.film_memory import FilmMemory
 from rtctl.hysteresis.preisach.model import PreisachParams
 from rtctl.models.span import Span
 from rtctl.models.vo2 import Vo2Model
@@ -166,7 +166,7 @@ class ExtendedFeedforward:
         return level
 
     def inherit(self, memory: FilmMemory) -> None:
-        """Take over what the film has been through; see `rtctl.estimators.film_memory`."""
+        """Take over what the film has been through; see `rtctl.hysteresis.film_memory`."""
         own, constants = self.memory, self.constants
         own.forward_film[:], own.forward_beam[:] = memory.film, memory.beam
         settle_path(

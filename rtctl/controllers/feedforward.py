@@ -19,7 +19,7 @@ import numpy as np
 from rtctl.arithmetic.elementary import exp
 from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import kernel
-from rtctl.estimators.film_memory import FilmMemory
+from rtctl.hysteresis.film_memory import FilmMemory
 from rtctl.hysteresis.packing import array_at, number_at, pack, preisach_at
 from rtctl.hysteresis.preisach.model import PreisachParams, output_at, preisach_step
 from rtctl.models.span import Span
@@ -105,7 +105,7 @@ class InverseFeedforward:
         return level
 
     def inherit(self, memory: FilmMemory) -> None:
-        """Take over what the film has been through; see `rtctl.estimators.film_memory`."""
+        """Take over what the film has been through; see `rtctl.hysteresis.film_memory`."""
         state = array_at(self._memory, 0)
         state[0], state[1:] = memory.power, memory.beam
 

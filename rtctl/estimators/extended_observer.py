@@ -20,7 +20,6 @@ from rtctl.arithmetic.elementary import exp, log
 from rtctl.arithmetic.standard_error import combined
 from rtctl.border.arrays import FloatArray
 from rtctl.estimators.drive import Drive, DriveParams, arrival, heating_current, later, send
-from rtctl.estimators.film_memory import FilmMemory
 from rtctl.estimators.observer import (
     DISAGREEMENT,
     DISAGREES,
@@ -46,6 +45,7 @@ from rtctl.estimators.thermal_path import (
     settle_path,
     surrogate_at,
 )
+from rtctl.hysteresis.film_memory import FilmMemory
 from rtctl.hysteresis.preisach.model import PreisachParams, preisach_slope
 from rtctl.interfaces import Estimate
 from rtctl.models.vo2 import SURROGATE, Vo2Model

@@ -33,7 +33,7 @@ import numpy as np
 from rtctl.arithmetic.elementary import exp, log
 from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import kernel
-from rtctl.estimators.film_memory import FilmMemory
+from rtctl.hysteresis.film_memory import FilmMemory
 from rtctl.hysteresis.packing import array_at, number_at, pack, preisach_at
 from rtctl.hysteresis.preisach.model import PreisachParams, preisach_slope, preisach_step
 from rtctl.interfaces import Estimate, EstimateStatus
