@@ -65,7 +65,8 @@ RETUNED = {
     "sensor.ageing": 'ageing = "0.006 1/s"',
 }
 """Larger than those of `CHANGES`: most of them at least double the tracking error."""
-CHANGED_S = 12.0
+AFTER_S = 24.0
+"""Of a run of part retuned, time after the change."""
 FOREIGN = (
     "actuation.delay",
     "thermal.second_time_constant",
@@ -92,6 +93,7 @@ def main() -> None:
     parser.add_argument("--reference", action="store_true", help="use the reference instrument as well")
     parser.add_argument("--devices", nargs="+", default=list(DEVICES))
     parser.add_argument("--changes", nargs="+", default=list(RETUNED), help="of part retuned")
+    parser.add_argument("--at", type=float, default=12.0, help="of part retuned: second of the change")
     parser.add_argument("--policies", nargs="+", default=["warn", "derate", "retune"], help="of part retuned")
     parser.add_argument("--out", type=Path, default=Path("out/doubt"))
     args = parser.parse_args()
@@ -166,19 +168,19 @@ def changed(args: argparse.Namespace) -> None:
 def retuned(args: argparse.Namespace) -> None:
     """Each policy on the same run: a device that changes once."""
     rows = []
-    names = list(RETUNED)
+    names, late = list(RETUNED), "" if args.at == 12.0 else f"-{args.at:g}s"
     for k, device in enumerate(args.devices):
         for change in args.changes:
             number = names.index(change)
             for policy in args.policies:
                 folder = (
                     args.out
-                    / f"retuned-{args.round}-{device}-{change}-{policy}{'-reference' if args.reference else ''}"
+                    / f"retuned-{args.round}{late}-{device}-{change}-{policy}{'-reference' if args.reference else ''}"
                 )
                 settings = [
-                    f"driver.device={changing(folder, device, RETUNED[change], CHANGED_S)}",
+                    f"driver.device={changing(folder, device, RETUNED[change], args.at)}",
                     f"driver.seed={7700 + 10 * number + k + 10_000 * args.round}",
-                    "scenario.duration=36 s",
+                    f"scenario.duration={args.at + AFTER_S} s",
                 ]
                 if not (folder / "summary.json").is_file():
                     played_with(
@@ -189,7 +191,7 @@ def retuned(args: argparse.Namespace) -> None:
                         policy,
                         args.reference,
                     )
-                row = {"device": device, "change": change, "policy": policy, **errors_of(folder, CHANGED_S)}
+                row = {"device": device, "change": change, "policy": policy, **errors_of(folder, args.at)}
                 rows.append(row)
                 print(json.dumps(row), flush=True)
     for policy in args.policies:

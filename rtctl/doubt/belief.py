@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from rtctl.border.arrays import FloatArray
 
@@ -96,4 +96,11 @@ class Belief(Protocol):
 
     def take(self, named: Named, sample: int) -> None:
         """Take a cause as true from a sample on, so that the next change is explained beside it."""
+        ...
+
+    def memory_before(self, sample: int) -> tuple[int, Any] | None:
+        """Return what the plant has been through up to a sample, of the newest windows, and the sample after that.
+
+        None where that is not known, or the plant remembers nothing.
+        """
         ...

@@ -6,7 +6,10 @@ model that only follows the last seconds of a run, or that was wrong for a while
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import NamedTuple, Protocol
+
+import numpy as np
 
 from rtctl.border.arrays import FloatArray
 
@@ -24,7 +27,7 @@ class FilmMemory(NamedTuple):
     hotter_film: FloatArray
     hotter_beam: FloatArray
     filter: FloatArray
-    """The filter's state without its first two entries (n,): heat, model error, their variances."""
+    """The filter's state without its first two entries (n,): heat, model error, variances; empty: there is none."""
 
 
 class Remembering(Protocol):
@@ -45,3 +48,19 @@ class Inheriting(Protocol):
     def inherit(self, memory: FilmMemory) -> None:
         """Take over what the film has been through."""
         ...
+
+
+def save_memory(path: Path, memory: FilmMemory) -> None:
+    """Write a memory as an .npz file."""
+    np.savez(
+        path, power=memory.power, film=memory.film, beam=memory.beam, hotter=memory.hotter,
+        hotter_film=memory.hotter_film, hotter_beam=memory.hotter_beam, filter=memory.filter,
+    )  # fmt: skip
+
+
+def load_memory(path: Path) -> FilmMemory:
+    """Read what `save_memory` wrote."""
+    with np.load(path) as found:
+        power, hotter = float(found["power"]), float(found["hotter"])
+        arrays = {name: found[name] for name in ("film", "beam", "hotter_film", "hotter_beam", "filter")}
+    return FilmMemory(power=power, hotter=hotter, **arrays)

@@ -37,8 +37,8 @@ class Past(NamedTuple):
     """Of that model."""
     until: int
     """Sample from which on the device is another one."""
-    estimator: Estimator
-    """Of that model; it follows until then."""
+    estimator: Estimator | None
+    """Of that model; it follows until then. None: what the plant had been through is known from elsewhere."""
     inherit: Callable[[], None]
     """Lets the estimator that takes over have its memory."""
 
@@ -88,7 +88,7 @@ class Successor:
         self.since, self._previous, self._waiting = since, since - 1, None
         self._sent.extend((self._delay + 1) * [levels])
         self.step.start(levels, float(self._plan[since]), sensed, self._period_s)
-        if self.past is not None:
+        if self.past is not None and self.past.estimator is not None:
             self.past.estimator.start(levels, sensed)
 
     def follow(self, rows: PastRows) -> None:
@@ -110,8 +110,8 @@ class Successor:
         return self._previous
 
     def knows_all(self, first: int) -> bool:
-        """Return whether it has followed all of the run, which began before sample `first`."""
-        return self.since <= first
+        """Return whether it has followed all of the run, which began before sample `first`, or was told what was."""
+        return self.since <= first or (self.past is not None and self.past.estimator is None)
 
     def _complete(self, levels: Levels) -> None:
         """Take the row that waits, after which `levels` were commanded."""
@@ -121,10 +121,10 @@ class Successor:
         aimed = float(self.upcoming[index]) if setpoint == self._plan[index] else setpoint
         elapsed_s = (index - self._previous) * self._period_s
         if self.past is not None and not self._is_heir:
-            if index < self.past.until:
-                self.past.estimator.step(self._sent[0], sensed, elapsed_s)
-            else:
+            if index >= self.past.until:
                 self.past.inherit()
                 self._is_heir = True
+            elif self.past.estimator is not None:
+                self.past.estimator.step(self._sent[0], sensed, elapsed_s)
         self.step.follow(setpoint, aimed, self._sent[0], levels, sensed, elapsed_s)
         self._previous, self._waiting = index, None

@@ -26,7 +26,15 @@ from rtctl.plant_control.lookup import support_of
 from rtctl.scenario.schema import Scenario, checked_scenario
 from rtctl.session.closed_loop import planned_step
 from rtctl.session.live.injected_faults import INJECTED
-from rtctl.session.live.successors import made_step, model_name, past_of, past_rows, started
+from rtctl.session.live.successors import (
+    Onset,
+    made_step,
+    model_name,
+    past_of,
+    past_rows,
+    read_onset,
+    started,
+)
 from rtctl.session.run_folder import EVENTS, MODEL, is_interrupted, rows_left_by, scenario_tables
 from rtctl.wiring import build_limits
 
@@ -66,6 +74,8 @@ class Recorded:
     events: tuple[Event, ...]
     further_models: Mapping[int, Any] = field(default_factory=dict)
     """Models that took over while it lasted, by their numbers; 0: the first one again."""
+    onsets: Mapping[int, Onset] = field(default_factory=dict)
+    """Since when each of them is right, as far as that is known."""
 
 
 def read_run(folder: Path) -> Recorded:
@@ -90,6 +100,7 @@ def read_run(folder: Path) -> Recorded:
         signals=signals,
         events=events,
         further_models={number: support.read_model(folder / model_name(number)) for number in numbers},
+        onsets={number: onset for number in numbers if (onset := read_onset(folder, number)) is not None},
     )
 
 
@@ -177,9 +188,10 @@ def _succeeding(run: Recorded, event: Event, setpoints: FloatArray, levels: Leve
     made = made_step(scenario, run.further_models[number], build_limits(scenario, run.model))
     successor = Successor(number, made.step, setpoints, scenario.scenario.period_s, scenario.reading_delay)
     if "until" in event.values:
-        before = int(event.values["before"])
+        before, until = int(event.values["before"]), int(event.values["until"])
         past = run.further_models[before] if before else run.model
-        successor.past = past_of(scenario, before, past, int(event.values["until"]), made.estimator)
+        memory = run.onsets[number].memory if number in run.onsets else None
+        successor.past = past_of(scenario, past, Onset(before, until, memory), made.estimator)
     index = run.signals["index"]
     within = slice(int(np.searchsorted(index, since)), int(np.searchsorted(index, event.step)))
     rows = past_rows({name: column[within] for name, column in run.signals.items()}, scenario)

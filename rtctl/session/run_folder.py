@@ -32,8 +32,8 @@ SIGNALS, TIMING = "signals.rec", "timing.rec"
 EVENTS, MODEL = "events.jsonl", "model.toml"
 FINISHED = ("signals.parquet", "timing.parquet", "summary.json", "run.png", "doubt.json", EVENTS)
 """What is there of a run that has ended."""
-FURTHER_MODELS = "retuned-*.toml"
-"""Models that took over while a run lasted."""
+FURTHER_MODELS = ("retuned-*.toml", "retuned-*.json", "retuned-*.npz")
+"""Models that took over while a run lasted, since when each was right, what the film had been through by then."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -207,7 +207,7 @@ def set_finished_aside(folder: Path) -> Path | None:
 
 def _further_models(folder: Path) -> list[str]:
     """Return the models that took over while the run lasted: without them it cannot be replayed."""
-    return sorted(one.name for one in folder.glob(FURTHER_MODELS))
+    return sorted(one.name for pattern in FURTHER_MODELS for one in folder.glob(pattern))
 
 
 def _moved(folder: Path, word: str, names: Sequence[str]) -> Path:

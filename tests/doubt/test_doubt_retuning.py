@@ -12,13 +12,16 @@ from vo2_model_cases import small_model
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
+from rtctl.doubt.belief import Rows
 from rtctl.doubt.naming import Answer
 from rtctl.doubt.watch import Finding
 from rtctl.models.vo2 import read_model
+from rtctl.plants.vo2.doubt.free_run import Vo2Belief
 from rtctl.plants.vo2.doubt.path_run import PathRun
 from rtctl.plants.vo2.doubt.retuned import retuned_model
 from rtctl.scenario.schema import load_scenario
 from rtctl.session.doubting.retuning import Retuning
+from rtctl.session.live.successors import read_onset
 from rtctl.simulations.vo2.loop_dynamics import loop_dynamics
 
 SCENARIO = Path(__file__).resolve().parents[2] / "scenarios" / "multisine_1_10hz.toml"
@@ -175,3 +178,35 @@ def test_a_resistance_that_drifts_is_followed_from_the_newest_onset_on() -> None
     assert dynamics.ageing_slowing_s > 0.0, "nobody knows how long it goes on"
     with pytest.raises(InputError, match="leaves no resistance"):
         retuned_model(small_model(), [answer("sensor.ageing", -0.1)], [20.0])
+
+
+def test_the_films_memory_at_the_onset_goes_to_the_model_that_takes_over(tmp_path: Path) -> None:
+    asked = Asked(tmp_path, use_reference=True)
+    belief = Vo2Belief(small_model())
+    belief.start(3.7)
+    table = rows(12.0, 2.0)
+    for begin in range(0, 1200, 100):
+        part = {name: column[begin : begin + 100] for name, column in table.items()}
+        elapsed = np.full(100, PERIOD_S)
+        belief.predict(
+            Rows(
+                part["index"],
+                part["current"],
+                elapsed,
+                part["resistance"],
+                part["deflection"],
+                part["deflection"],
+            )
+        )
+    asked.retuning.memory_before = belief.memory_before
+    asked.see(table)
+    assert "takes over on trial" in asked.name(answer("sensor.gain", LOST))
+    onset = read_onset(tmp_path, 1)
+    assert onset is not None
+    assert onset.memory is not None
+    assert (onset.before, onset.until) == (0, 300), "the newest window that ended before the change"
+    run = PathRun(small_model(), loop_dynamics(small_model()))
+    run.start(3.7)
+    run.run(table["current"][:300], np.full(300, PERIOD_S), np.zeros(300))
+    for one, other in zip(onset.memory, run.film_memory(), strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-12)

@@ -71,7 +71,8 @@ class FedWatch:
 
     def __init__(self, scenario: Scenario, model: Any, *, use_reference: bool) -> None:
         self.reader = RowReader(scenario, use_reference=use_reference)
-        self.watch = Watch(belief_of(scenario, model), self.reader.period_s)
+        belief = belief_of(scenario, model)
+        self.watch, self.memory_before = Watch(belief, self.reader.period_s), belief.memory_before
         self._starts: list[Event] = []
         self._taken = 0
 

@@ -2,9 +2,10 @@
 
     named cause -> model with it -> rehearsal on the rows of the window -> margins -> it takes over -> trial -> verdict
 
-With the reference instrument each cause that was told is rehearsed by the loop's own estimator, and the measured
-tracking error decides after the trial. Without one a cause is taken only if it stands alone, and what stands for the
-instrument is the new model's own free run, which no reading corrects. Only one trial is under way at a time.
+With the reference instrument nothing is tried before the measured tracking error has grown; each cause that was told is
+rehearsed by the loop's own estimator, and that error decides after the trial. Without one a cause is taken only if it
+stands alone, and what stands for the instrument is the new model's own free run, which no reading corrects. Only one
+trial is under way at a time.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from rtctl.doubt.watch import Finding
 from rtctl.registry import plant_kind
 from rtctl.scenario.schema import Scenario
 from rtctl.session.doubting.recorded import RowReader
-from rtctl.session.live.successors import model_name, past_of, write_onset
+from rtctl.session.live.successors import Onset, model_name, past_of, write_onset
 from rtctl.wiring import build_estimator
 
 KEPT_S = 24.0
@@ -38,8 +39,6 @@ SIZES, REFINEMENTS = (0.7, 1.4), 8
 """Of a cause's size, what is tried in a rehearsal against the reference, and how often."""
 ALONE = 0.8
 """Probability from which a cause stands alone, where no reference decides between several."""
-
-
 GROWN = 1.2
 """Times by which the measured error has to have grown: below it a trial costs more than a new model can win."""
 LEAST_S = 2.0
@@ -95,6 +94,8 @@ class Retuning:
         self._folder, self._scenario, self._model = folder, scenario, model
         self._change, self._use = change_model, use_reference
         self._period_s = scenario.scenario.period_s
+        self.memory_before: Callable[[int], tuple[int, Any] | None] = lambda sample: None
+        """See `Belief.memory_before`."""
         self._rows: deque[Mapping[str, FloatArray]] = deque()
         self._trial: Trial | None = None
         self._waiting: Waiting | None = None
@@ -114,7 +115,7 @@ class Retuning:
         waiting = self._waiting
         if waiting is not None and self._trial is None:
             now = self._error_now(self._joined())
-            if now >= GROWN * waiting.before:
+            if GROWN * waiting.before <= now < np.inf:
                 self._waiting = None
                 unit = self._scenario.profile.reference.unit
                 said = f"the mean tracking error has grown since, {waiting.before:.3g} -> {now:.3g} {unit}: "
@@ -141,18 +142,20 @@ class Retuning:
 
     def _error_before(self, rows: Mapping[str, FloatArray], since: int) -> float:
         """Return the measured tracking error before a change; 0 where the rows do not tell: any is more."""
-        index = rows["index"]
-        judged = (index >= index[0] + FORGOTTEN_S / self._period_s) & (index < since)
-        if not self._measures(rows) or judged.sum() < LEAST_S / self._period_s:
+        index, reference = rows["index"], rows[self._reference]
+        begin = index[0] + FORGOTTEN_S / self._period_s
+        judged = (index >= begin) & (index < since) & np.isfinite(reference)
+        if not self._measures(rows) or since - begin < LEAST_S / self._period_s or not judged.any():
             return 0.0
-        return _mean_error(rows, rows[self._reference], judged)
+        return _mean_error(rows, reference, judged)
 
     def _error_now(self, rows: Mapping[str, FloatArray]) -> float:
         """Return the measured tracking error of the newest rows; infinite where nothing measures it."""
-        if not self._measures(rows):
+        index, reference = rows["index"], rows[self._reference]
+        newest = (index > index[-1] - LEAST_S / self._period_s) & np.isfinite(reference)
+        if not self._use or not newest.any():
             return np.inf
-        newest = rows["index"] > rows["index"][-1] - LEAST_S / self._period_s
-        return _mean_error(rows, rows[self._reference], newest)
+        return _mean_error(rows, reference, newest)
 
     def _try(self, finding: Finding) -> str:
         rows = self._joined()
@@ -167,7 +170,7 @@ class Retuning:
         path = self._folder / model_name(self._number)
         assert self._kind.model is not None
         self._kind.part(self._kind.model.write)(path, model)
-        write_onset(self._folder, self._number, before=self._in_force, until=finding.since)
+        write_onset(self._folder, self._number, self._onset(finding.since))
         tuned = self._change(self._number)
         begins = int(rows["index"][-1]) + round(TRANSIENT_S / self._period_s)
         self._trial = Trial(self._number, begins, before, causes, output)
@@ -265,6 +268,14 @@ class Retuning:
     def _measures(self, rows: Mapping[str, FloatArray]) -> bool:
         return self._use and bool(np.isfinite(rows[self._reference]).any())
 
+    def _onset(self, since: int) -> Onset:
+        """Return since when another model is right than that in force, and what the film had been through by then.
+
+        The free run of the run's first model tells that until the first change.
+        """
+        known = self.memory_before(since) if not self._kept else None
+        return Onset(self._in_force, since, None) if known is None else Onset(self._in_force, *known)
+
     def _made(self, causes: Sequence[Told]) -> Any:
         """Return the model with causes, at the moment since which the newest one acts."""
         newest = max((one.since for one in causes), default=0)
@@ -298,22 +309,24 @@ class Retuning:
         """
         profile, delay = self._scenario.profile, self._scenario.reading_delay
         estimator = build_estimator(self._scenario, model)
-        heir = past_of(self._scenario, 0, self._made(self._kept), 0, estimator)
+        onset = self._onset(round(since))
+        past = past_of(self._scenario, self._made(self._kept), onset, estimator)
         sensed = np.stack([rows[channel.name] for channel in profile.sensed], axis=1).tolist()
         levels = np.stack([rows[channel.name] for channel in profile.commands], axis=1)
         believed = np.concatenate([np.repeat(levels[:1], delay, axis=0), levels])[: len(levels)].tolist()
         elapsed_s = (self._period_s * np.diff(rows["index"])).tolist()
         estimator.start(believed[0], sensed[0])
-        if heir is not None:
-            heir.estimator.start(believed[0], sensed[0])
-        values, changed = [np.nan], int(np.argmax(rows["index"] >= since))
+        before = None if past is None else past.estimator
+        if before is not None:
+            before.start(believed[0], sensed[0])
+        values, changed = [np.nan], int(np.argmax(rows["index"] >= onset.until))
         for k, (level, reading, time_s) in enumerate(
             zip(believed[1:], sensed[1:], elapsed_s, strict=True), start=1
         ):
-            if heir is not None and k < changed:
-                heir.estimator.step(level, reading, time_s)
-            elif heir is not None and k == changed:
-                heir.inherit()
+            if before is not None and k < changed:
+                before.step(level, reading, time_s)
+            elif past is not None and k == changed:
+                past.inherit()
             values.append(estimator.step(level, reading, time_s).value)
         first, last = rows["index"][0], rows["index"][-1]
         sure = since + min(UNCERTAIN_S / self._period_s, (last - since) / 3.0)

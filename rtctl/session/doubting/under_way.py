@@ -27,6 +27,9 @@ DOUBT = "doubt"
 class Acting(Protocol):
     """A policy at work on a run."""
 
+    memory_before: Callable[[int], tuple[int, Any] | None]
+    """See `Belief.memory_before`; the watch sets it."""
+
     def act(self, finding: Finding) -> str:
         """Return what is done about a finding, in words; "": nothing."""
         ...
@@ -65,6 +68,7 @@ class LiveWatch:
             model = support_of(scenario.scenario.plant).read_model(folder / MODEL)
             self._fed = FedWatch(scenario, model, use_reference=use_reference)
             self._acting = policy(scenario, model)
+            self._acting.memory_before = self._fed.memory_before
         except BaseException:
             self.tail.close()
             raise

@@ -17,6 +17,7 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
+from rtctl.hysteresis.film_memory import FilmMemory, load_memory, save_memory
 from rtctl.interfaces import Controller, Estimator
 from rtctl.loop.compiled.step import compiled_step
 from rtctl.loop.events import read_events
@@ -78,35 +79,60 @@ def onset_name(number: int) -> str:
     return f"retuned-{number}.json"
 
 
-def write_onset(folder: Path, number: int, *, before: int, until: int) -> None:
-    """Note that model `before` was right before sample `until`, and model `number` from there on."""
-    (folder / onset_name(number)).write_text(
-        json.dumps({"before": before, "until": until}) + "\n", encoding="utf-8"
-    )
+def memory_name(number: int) -> str:
+    """Return the file that says what the film had been through when a model of a run began to be right."""
+    return f"retuned-{number}.npz"
 
 
-def read_onset(folder: Path, number: int) -> tuple[int, int] | None:
-    """Return the number of the model before, and until which sample it was right; None: nothing is known."""
-    path = folder / onset_name(number)
+class Onset(NamedTuple):
+    """Since when a model of a run is right."""
+
+    before: int
+    """Number of the model that was right before."""
+    until: int
+    """Sample from which on the other one is."""
+    memory: FilmMemory | None
+    """What the film had been through by then; None: it is not known."""
+
+
+def write_onset(folder: Path, number: int, onset: Onset) -> None:
+    """Note since when model `number` is right."""
+    if onset.memory is not None:
+        save_memory(folder / memory_name(number), onset.memory)
+    text = json.dumps({"before": onset.before, "until": onset.until})
+    (folder / onset_name(number)).write_text(text + "\n", encoding="utf-8")
+
+
+def read_onset(folder: Path, number: int) -> Onset | None:
+    """Return since when model `number` is right; None: nothing is known."""
+    path, memory = folder / onset_name(number), folder / memory_name(number)
     if not path.is_file():
         return None
     found = json.loads(path.read_text(encoding="utf-8"))
-    return int(found["before"]), int(found["until"])
+    known = load_memory(memory) if memory.is_file() else None
+    return Onset(int(found["before"]), int(found["until"]), known)
 
 
-def past_of(scenario: Scenario, number: int, model: Any, until: int, heir: Estimator) -> Past | None:
-    """Return the past of an estimator that can take over another one's memory; None where it cannot."""
-    estimator = build_estimator(scenario, model)
-    if not (
-        hasattr(heir, "inherit") and hasattr(heir, "drift_from_now") and hasattr(estimator, "film_memory")
-    ):
+def past_of(scenario: Scenario, model: Any, onset: Onset, heir: Estimator) -> Past | None:
+    """Return the past of an estimator that can take over a memory; None where it cannot.
+
+    Args:
+        scenario: That of the run.
+        model: The model that was right before.
+        onset: Since when the heir's is.
+        heir: The estimator.
+    """
+    estimator = build_estimator(scenario, model) if onset.memory is None else None
+    if not (hasattr(heir, "inherit") and hasattr(heir, "drift_from_now")):
+        return None
+    if estimator is not None and not hasattr(estimator, "film_memory"):
         return None
 
     def inherit() -> None:
-        heir.inherit(estimator.film_memory())
+        heir.inherit(onset.memory if estimator is None else estimator.film_memory())
         heir.drift_from_now()
 
-    return Past(number, until, estimator, inherit)
+    return Past(onset.before, onset.until, estimator, inherit)
 
 
 def started(
@@ -166,9 +192,8 @@ class Successors:
         successor = Successor(number, made.step, self._plan, period_s, delay)
         onset = read_onset(self._folder, number)
         if onset is not None:
-            before, until = onset
-            past = support.read_model(self._folder / model_name(before))
-            successor.past = past_of(scenario, before, past, until, made.estimator)
+            past = support.read_model(self._folder / model_name(onset.before))
+            successor.past = past_of(scenario, past, onset, made.estimator)
         try:
             self._catch_up(successor, round(HISTORY_S / period_s))
         except OSError:

@@ -11,12 +11,14 @@ its own history, because the local slope of a hysteretic model says nothing of h
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.doubt.belief import Direction, Named, Predicted, Rows
+from rtctl.hysteresis.film_memory import FilmMemory
 from rtctl.models.vo2 import Vo2Model
 from rtctl.plants.vo2.doubt.explaining import Taken, explain
 from rtctl.plants.vo2.doubt.path_run import PathRun
@@ -62,6 +64,8 @@ def copies_of(model: Vo2Model) -> dict[str, Copy]:
     return found
 
 
+MEMORIES = 32
+"""Windows of which it is known what the film had been through at their end."""
 ROUNDING = 1e-10
 """Share of a course below which two copies of it are the same: a lag of the sensor moves no beam."""
 UNITS = {
@@ -76,6 +80,7 @@ class Vo2Belief:
     def __init__(self, model: Vo2Model) -> None:
         self._model = model
         self._taken: Taken | None = None
+        self._memories: deque[tuple[int, FilmMemory]] = deque(maxlen=MEMORIES)
         self._copies = copies_of(model)
         self._runs = {name: PathRun(model, copy.dynamics) for name, copy in self._copies.items()}
         self.directions = tuple(
@@ -87,8 +92,13 @@ class Vo2Belief:
         self.output_width = model.deflection.width
         self._log_width = math.log(model.resistance.high / model.resistance.low)
 
+    def memory_before(self, sample: int) -> tuple[int, FilmMemory] | None:
+        """See `Belief`; by the model's free run."""
+        return next((one for one in reversed(self._memories) if one[0] <= sample), None)
+
     def start(self, level: float) -> None:
         """See `Belief`."""
+        self._memories.clear()
         for run in self._runs.values():
             run.start(level)
 
@@ -102,6 +112,7 @@ class Vo2Belief:
             for name, copy in self._copies.items()
         }
         reading, output, warm = found[""]
+        self._memories.append((int(rows.samples[-1]) + 1, self._runs[""].film_memory()))
         pairs = [(found[name], self._copies[name].size) for name in self._copies if name]
         still = np.zeros_like(reading)
         width = self._model.current.width

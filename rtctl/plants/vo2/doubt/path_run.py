@@ -9,6 +9,7 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import kernel
 from rtctl.estimators.drive import Drive
+from rtctl.estimators.observer import PROBE_MA2
 from rtctl.estimators.thermal_path import (
     BENT,
     READ,
@@ -20,8 +21,10 @@ from rtctl.estimators.thermal_path import (
     path_start,
     path_step,
 )
-from rtctl.hysteresis.preisach.model import PreisachParams, cooled_stack
+from rtctl.hysteresis.film_memory import FilmMemory
+from rtctl.hysteresis.preisach.model import PreisachParams, cooled_stack, preisach_step
 from rtctl.models.vo2 import Vo2Model
+from rtctl.simulations.vo2.heat import surrogate_power
 from rtctl.simulations.vo2.loop_dynamics import Vo2Dynamics
 
 
@@ -83,3 +86,14 @@ class PathRun:
             self._params, self._r, self._d, found[0], found[1], found[2],
         )  # fmt: skip
         return found
+
+    def film_memory(self) -> FilmMemory:
+        """Return what the film has been through, and of one a little hotter that it was just made so."""
+        power = surrogate_power(float(self._x[WARM]), self._params.balance)
+        hotter = power + PROBE_MA2
+        hotter_film, hotter_beam = self._film.copy(), self._beam.copy()
+        preisach_step(hotter_film, math.sqrt(hotter), self._r)
+        preisach_step(hotter_beam, math.sqrt(hotter), self._d)
+        return FilmMemory(
+            power, self._film.copy(), self._beam.copy(), hotter, hotter_film, hotter_beam, np.empty(0)
+        )
