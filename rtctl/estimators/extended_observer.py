@@ -243,7 +243,7 @@ class ExtendedObserver:
         return FilmMemory(power, film, beam, hotter, hotter_film, hotter_beam, own.filter[2:].copy())
 
     def inherit(self, memory: FilmMemory) -> None:
-        """See `Remembering`; what a sensor that lags has not read yet is forgotten."""
+        """See `Inheriting`; what a sensor that lags has not read yet is forgotten."""
         own, constants = self.memory, self.constants
         size = min(memory.filter.size, own.filter.size - 2)
         own.filter[2 : 2 + size] = memory.filter[:size]
@@ -262,5 +262,5 @@ class ExtendedObserver:
         own.before[:] = math.nan
 
     def drift_from_now(self) -> None:
-        """Let what drifts begin to do so at the present sample."""
+        """See `Drifting`."""
         self.memory.clock[:] = 0.0

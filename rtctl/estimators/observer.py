@@ -267,7 +267,7 @@ class ObserverEstimator:
         return FilmMemory(float(x[0]), film, beam, float(x[1]), hotter, beam.copy(), x[2:])
 
     def inherit(self, memory: FilmMemory) -> None:
-        """See `Remembering`."""
+        """See `Inheriting`."""
         x, film, hotter, beam = (array_at(self._memory, k) for k in range(4))
         x[0], x[1], x[2 : 2 + memory.filter.size] = memory.power, memory.hotter, memory.filter
         film[:], hotter[:], beam[:] = memory.film, memory.hotter_film, memory.beam

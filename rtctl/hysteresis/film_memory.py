@@ -7,7 +7,7 @@ model that only follows the last seconds of a run, or that was wrong for a while
 from __future__ import annotations
 
 from pathlib import Path
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -30,6 +30,16 @@ class FilmMemory(NamedTuple):
     """The filter's state without its first two entries (n,): heat, model error, variances; empty: there is none."""
 
 
+@runtime_checkable
+class Inheriting(Protocol):
+    """An estimator or a feedforward whose model has a film."""
+
+    def inherit(self, memory: FilmMemory) -> None:
+        """Take over what the film has been through."""
+        ...
+
+
+@runtime_checkable
 class Remembering(Protocol):
     """An estimator that knows what the film has been through."""
 
@@ -37,16 +47,13 @@ class Remembering(Protocol):
         """Return it, as copies."""
         ...
 
-    def inherit(self, memory: FilmMemory) -> None:
-        """Take it over from another estimator."""
-        ...
 
+@runtime_checkable
+class Drifting(Inheriting, Protocol):
+    """An estimator whose model may drift with time."""
 
-class Inheriting(Protocol):
-    """A feedforward whose model has a film."""
-
-    def inherit(self, memory: FilmMemory) -> None:
-        """Take over what the film has been through."""
+    def drift_from_now(self) -> None:
+        """Let what drifts begin to do so at the present sample."""
         ...
 
 

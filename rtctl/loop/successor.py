@@ -13,6 +13,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from rtctl.border.arrays import FloatArray
+from rtctl.hysteresis.film_memory import Inheriting, Remembering
 from rtctl.interfaces import Estimator
 from rtctl.loop.step import Levels, Step, upcoming_setpoints
 
@@ -45,14 +46,12 @@ class Past(NamedTuple):
 
 def hand_on(before: Step, heir: Step) -> None:
     """Let a step take over what the film has been through from the one that decided so far, where both can."""
-    remembering = getattr(before.estimator, "film_memory", None)
-    if remembering is None:
+    if not isinstance(before.estimator, Remembering):
         return
-    memory = remembering()
+    memory = before.estimator.film_memory()
     for part in (heir.estimator, getattr(heir.controller, "feedforward", None)):
-        inherit = getattr(part, "inherit", None)
-        if inherit is not None:
-            inherit(memory)
+        if isinstance(part, Inheriting):
+            part.inherit(memory)
 
 
 class Successor:

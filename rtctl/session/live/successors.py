@@ -17,7 +17,13 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
-from rtctl.hysteresis.film_memory import FilmMemory, load_memory, save_memory
+from rtctl.hysteresis.film_memory import (
+    Drifting,
+    FilmMemory,
+    Remembering,
+    load_memory,
+    save_memory,
+)
 from rtctl.interfaces import Controller, Estimator
 from rtctl.loop.compiled.step import compiled_step
 from rtctl.loop.events import read_events
@@ -122,17 +128,18 @@ def past_of(scenario: Scenario, model: Any, onset: Onset, heir: Estimator) -> Pa
         onset: Since when the heir's is.
         heir: The estimator.
     """
-    estimator = build_estimator(scenario, model) if onset.memory is None else None
-    if not (hasattr(heir, "inherit") and hasattr(heir, "drift_from_now")):
+    if not isinstance(heir, Drifting):
         return None
-    if estimator is not None and not hasattr(estimator, "film_memory"):
+    known = onset.memory
+    before = build_estimator(scenario, model) if known is None else None
+    if known is None and not isinstance(before, Remembering):
         return None
 
     def inherit() -> None:
-        heir.inherit(onset.memory if estimator is None else estimator.film_memory())
+        heir.inherit(before.film_memory() if isinstance(before, Remembering) else known)
         heir.drift_from_now()
 
-    return Past(onset.before, onset.until, estimator, inherit)
+    return Past(onset.before, onset.until, before, inherit)
 
 
 def started(
