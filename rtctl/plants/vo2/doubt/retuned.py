@@ -29,7 +29,7 @@ PLACES = {
 """Parameter and unit of each mechanism that takes the size of a cause."""
 
 
-AGEING, FADES_S = "sensor.ageing", 60.0
+AGEING, FADES_S = "sensor.ageing", 300.0
 """A drift of the resistance, and the time after which a model follows it with the logarithm of time [s]."""
 
 
