@@ -245,8 +245,8 @@ class ExtendedObserver:
     def inherit(self, memory: FilmMemory) -> None:
         """See `Inheriting`; what a sensor that lags has not read yet is forgotten."""
         own, constants = self.memory, self.constants
-        size = min(memory.filter.size, own.filter.size - 2)
-        own.filter[2 : 2 + size] = memory.filter[:size]
+        own.filter[:] = filter_start(constants.observer)  # its own has followed a device that was another one
+        own.filter[2 : 2 + memory.filter.size] = memory.filter
         warm = (own.path, own.film, own.beam, memory.power, memory.film, memory.beam)
         hotter = (
             own.probe,

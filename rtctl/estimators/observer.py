@@ -269,7 +269,8 @@ class ObserverEstimator:
     def inherit(self, memory: FilmMemory) -> None:
         """See `Inheriting`."""
         x, film, hotter, beam = (array_at(self._memory, k) for k in range(4))
-        x[0], x[1], x[2 : 2 + memory.filter.size] = memory.power, memory.hotter, memory.filter
+        x[:] = filter_start(self._params, memory.power)
+        x[1], x[2 : 2 + memory.filter.size] = memory.hotter, memory.filter
         film[:], hotter[:], beam[:] = memory.film, memory.hotter_film, memory.beam
 
     def estimate_of(self, value: float, surrogate: float, error: float, status: int) -> Estimate:

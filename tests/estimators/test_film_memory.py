@@ -93,3 +93,15 @@ def test_a_feedforward_inherits_too() -> None:
         one.inherit(memory)
     assert plain.memory[int(plain.memory[0]) + 1 :][:3].tolist() == [1.0, 3.0, 8.0]
     assert late.memory.forward_beam[:3].tolist() == [1.0, 3.0, 8.0]
+
+
+def test_what_the_filter_believed_of_another_device_is_forgotten() -> None:
+    """An estimator that followed commands under a model of later has taken the difference for heat."""
+    heir = observer_of(lagging())
+    heir.start((3.7,), (1e5,))
+    heir.memory.filter[2:4] = (3.0, 0.2)
+    memory = observer_of(small_model()).film_memory()
+    heir.inherit(memory._replace(filter=np.empty(0)))
+    assert heir.memory.filter[2:4].tolist() == [0.0, 0.0]
+    heir.inherit(memory._replace(filter=np.arange(memory.filter.size) + 1.0))
+    assert heir.memory.filter[2:4].tolist() == [1.0, 2.0]
