@@ -13,7 +13,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from rtctl.border.arrays import FloatArray
-from rtctl.hysteresis.film_memory import Inheriting, Remembering
+from rtctl.hysteresis.film_memory import Drifting, FilmMemory, Inheriting, Remembering
 from rtctl.interfaces import Estimator
 from rtctl.loop.step import Levels, Step, upcoming_setpoints
 
@@ -31,17 +31,55 @@ class PastRows(NamedTuple):
     """Levels that were commanded last before each reading (n, commands) [their units]."""
 
 
-class Past(NamedTuple):
-    """The model that was right until the device changed: what relays remember was made by the device as it was."""
+class Past:
+    """The model that was right until the device changed: what relays remember was made by the device as it was.
 
-    number: int
-    """Of that model."""
-    until: int
-    """Sample from which on the device is another one."""
-    estimator: Estimator | None
-    """Of that model; it follows until then. None: what the plant had been through is known from elsewhere."""
-    inherit: Callable[[], None]
-    """Lets the estimator that takes over have its memory."""
+    Its estimator follows until then, and hands its memory on to the heir.
+    """
+
+    # 6 parameters because a past is told by its model, its time and its memory
+    def __init__(
+        self,
+        number: int,
+        until: int,
+        estimator: Estimator,
+        heir: Estimator,
+        *,
+        memory: FilmMemory | None,
+        at: int,
+    ) -> None:
+        """Prepare; `memory`: what the film had been through before sample `at`, None: a run is followed from its start.
+
+        Args:
+            number: Of the model.
+            until: Sample from which on the device is another one.
+            estimator: Of that model.
+            heir: The estimator of the other model, which follows beside it.
+            memory: See above.
+            at: See above.
+        """
+        self.number, self.until, self.at = number, until, at
+        self.knows = memory is not None
+        self._estimator, self._heir, self._memory, self._is_over = estimator, heir, memory, False
+
+    def start(self, levels: Levels, sensed: Levels) -> None:
+        """Start at rest at the applied levels [their units] with readings [their units]."""
+        self._estimator.start(levels, sensed)
+
+    def take(self, index: int, believed: Levels, sensed: Levels, elapsed_s: float) -> None:
+        """Take a sample, before the heir does; see `Estimator.step`."""
+        if self._is_over:
+            return
+        if index >= self.until:
+            if isinstance(self._estimator, Remembering) and isinstance(self._heir, Drifting):
+                self._heir.inherit(self._estimator.film_memory())
+                self._heir.drift_from_now()
+            self._is_over = True
+            return
+        if self._memory is not None and index >= self.at and isinstance(self._estimator, Inheriting):
+            self._estimator.inherit(self._memory)
+            self._memory = None
+        self._estimator.step(believed, sensed, elapsed_s)
 
 
 def hand_on(before: Step, heir: Step) -> None:
@@ -72,7 +110,6 @@ class Successor:
         """The setpoint that each sample's command aims at (n,) [controlled unit]."""
         self.past: Past | None = None
         """The model that is followed until the device changed; None: the step's own is right from the start."""
-        self._is_heir = False
         self.since = -1
         """The sample from which on it has followed."""
         self.newer: Callable[[], PastRows | None] = lambda: None
@@ -87,8 +124,8 @@ class Successor:
         self.since, self._previous, self._waiting = since, since - 1, None
         self._sent.extend((self._delay + 1) * [levels])
         self.step.start(levels, float(self._plan[since]), sensed, self._period_s)
-        if self.past is not None and self.past.estimator is not None:
-            self.past.estimator.start(levels, sensed)
+        if self.past is not None:
+            self.past.start(levels, sensed)
 
     def follow(self, rows: PastRows) -> None:
         """Follow rows in their order; the last one waits until it is known what was commanded after it."""
@@ -110,7 +147,9 @@ class Successor:
 
     def knows_all(self, first: int) -> bool:
         """Return whether it has followed all of the run, which began before sample `first`, or was told what was."""
-        return self.since <= first or (self.past is not None and self.past.estimator is None)
+        return self.since <= first or (
+            self.past is not None and self.past.knows and self.since <= self.past.at
+        )
 
     def _complete(self, levels: Levels) -> None:
         """Take the row that waits, after which `levels` were commanded."""
@@ -119,11 +158,7 @@ class Successor:
         index, setpoint, sensed = self._waiting
         aimed = float(self.upcoming[index]) if setpoint == self._plan[index] else setpoint
         elapsed_s = (index - self._previous) * self._period_s
-        if self.past is not None and not self._is_heir:
-            if index >= self.past.until:
-                self.past.inherit()
-                self._is_heir = True
-            elif self.past.estimator is not None:
-                self.past.estimator.step(self._sent[0], sensed, elapsed_s)
+        if self.past is not None:
+            self.past.take(index, self._sent[0], sensed, elapsed_s)
         self.step.follow(setpoint, aimed, self._sent[0], levels, sensed, elapsed_s)
         self._previous, self._waiting = index, None

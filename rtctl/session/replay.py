@@ -190,8 +190,8 @@ def _succeeding(run: Recorded, event: Event, setpoints: FloatArray, levels: Leve
     if "until" in event.values:
         before, until = int(event.values["before"]), int(event.values["until"])
         past = run.further_models[before] if before else run.model
-        memory = run.onsets[number].memory if number in run.onsets else None
-        successor.past = past_of(scenario, past, Onset(before, until, memory), made.estimator)
+        onset = run.onsets.get(number, Onset(before, until, None, -1))._replace(before=before, until=until)
+        successor.past = past_of(scenario, past, onset, made.estimator)
     index = run.signals["index"]
     within = slice(int(np.searchsorted(index, since)), int(np.searchsorted(index, event.step)))
     rows = past_rows({name: column[within] for name, column in run.signals.items()}, scenario)

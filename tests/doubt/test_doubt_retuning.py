@@ -180,33 +180,26 @@ def test_a_resistance_that_drifts_is_followed_from_the_newest_onset_on() -> None
         retuned_model(small_model(), [answer("sensor.ageing", -0.1)], [20.0])
 
 
-def test_the_films_memory_at_the_onset_goes_to_the_model_that_takes_over(tmp_path: Path) -> None:
+def test_the_films_memory_before_the_change_goes_to_the_model_that_takes_over(tmp_path: Path) -> None:
     asked = Asked(tmp_path, use_reference=True)
     belief = Vo2Belief(small_model())
     belief.start(3.7)
-    table = rows(12.0, 2.0)
-    for begin in range(0, 1200, 100):
+    table, later = rows(24.0, 2.0), rows(24.0, 3.0)
+    table["setpoint"][1500:] = later["setpoint"][1500:]
+    for begin in range(0, 2400, 100):
         part = {name: column[begin : begin + 100] for name, column in table.items()}
-        elapsed = np.full(100, PERIOD_S)
-        belief.predict(
-            Rows(
-                part["index"],
-                part["current"],
-                elapsed,
-                part["resistance"],
-                part["deflection"],
-                part["deflection"],
-            )
-        )
+        seen = (part["index"], part["current"], np.full(100, PERIOD_S), part["resistance"])
+        belief.predict(Rows(*seen, part["deflection"], part["deflection"]))
     asked.retuning.memory_before = belief.memory_before
     asked.see(table)
-    assert "takes over on trial" in asked.name(answer("sensor.gain", LOST))
+    finding = Finding("named", 2399, 1500, "", (answer("sensor.gain", LOST),))
+    assert "takes over on trial" in asked.retuning.act(finding)
     onset = read_onset(tmp_path, 1)
     assert onset is not None
     assert onset.memory is not None
-    assert (onset.before, onset.until) == (0, 300), "the newest window that ended before the change"
+    assert (onset.before, onset.until, onset.at) == (0, 1500, 700), "8 s before the change, at a window's end"
     run = PathRun(small_model(), loop_dynamics(small_model()))
     run.start(3.7)
-    run.run(table["current"][:300], np.full(300, PERIOD_S), np.zeros(300))
+    run.run(table["current"][:700], np.full(700, PERIOD_S), np.zeros(700))
     for one, other in zip(onset.memory, run.film_memory(), strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-12)

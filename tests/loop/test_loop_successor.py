@@ -89,7 +89,7 @@ def test_an_extended_model_takes_over_and_the_first_one_comes_back(
     folder = tmp_path / "run"
     folder.mkdir()
     if until is not None:
-        successors.write_onset(folder, 1, successors.Onset(0, until, None))
+        successors.write_onset(folder, 1, successors.Onset(0, until, None, -1))
     shifted = {"resistance_offset": Value(value=0.1, unit="dimensionless")}
     write_model(replace(read_model(model_file), corrections=shifted), folder / "retuned-1.toml")
     result, outcome, said = run_of(folder, model_file, [1, 0], unlocked=True)

@@ -31,6 +31,8 @@ KEPT_S = 24.0
 """Rows that are kept for rehearsal and verdict [s]."""
 UNCERTAIN_S = 1.0
 """How late after its onset a change may really have begun [s]: a window of the watch."""
+SETTLE_S = 8.0
+"""Time that an estimator of the model before follows, with the film's memory, until the change [s]."""
 FORGOTTEN_S = 2.0
 """Time that an estimator, started in the middle of a run, needs until it is judged [s]."""
 TRANSIENT_S, TRIAL_S = 1.0, 8.0
@@ -269,12 +271,14 @@ class Retuning:
         return self._use and bool(np.isfinite(rows[self._reference]).any())
 
     def _onset(self, since: int) -> Onset:
-        """Return since when another model is right than that in force, and what the film had been through by then.
+        """Return since when another model is right than that in force, and what the film had been through before.
 
         The free run of the run's first model tells that until the first change.
         """
-        known = self.memory_before(since) if not self._kept else None
-        return Onset(self._in_force, since, None) if known is None else Onset(self._in_force, *known)
+        settled = since - round(SETTLE_S / self._period_s)
+        known = self.memory_before(settled) if not self._kept else None
+        at, memory = (-1, None) if known is None else known
+        return Onset(self._in_force, since, memory, at)
 
     def _made(self, causes: Sequence[Told]) -> Any:
         """Return the model with causes, at the moment since which the newest one acts."""
@@ -316,17 +320,14 @@ class Retuning:
         believed = np.concatenate([np.repeat(levels[:1], delay, axis=0), levels])[: len(levels)].tolist()
         elapsed_s = (self._period_s * np.diff(rows["index"])).tolist()
         estimator.start(believed[0], sensed[0])
-        before = None if past is None else past.estimator
-        if before is not None:
-            before.start(believed[0], sensed[0])
-        values, changed = [np.nan], int(np.argmax(rows["index"] >= onset.until))
+        if past is not None:
+            past.start(believed[0], sensed[0])
+        values, samples = [np.nan], rows["index"].astype(int).tolist()
         for k, (level, reading, time_s) in enumerate(
             zip(believed[1:], sensed[1:], elapsed_s, strict=True), start=1
         ):
-            if before is not None and k < changed:
-                before.step(level, reading, time_s)
-            elif past is not None and k == changed:
-                past.inherit()
+            if past is not None:
+                past.take(samples[k], level, reading, time_s)
             values.append(estimator.step(level, reading, time_s).value)
         first, last = rows["index"][0], rows["index"][-1]
         sure = since + min(UNCERTAIN_S / self._period_s, (last - since) / 3.0)

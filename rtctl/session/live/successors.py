@@ -98,14 +98,16 @@ class Onset(NamedTuple):
     until: int
     """Sample from which on the other one is."""
     memory: FilmMemory | None
-    """What the film had been through by then; None: it is not known."""
+    """What the film had been through some time before; None: it is not known."""
+    at: int
+    """Sample before which `memory` is right."""
 
 
 def write_onset(folder: Path, number: int, onset: Onset) -> None:
     """Note since when model `number` is right."""
     if onset.memory is not None:
         save_memory(folder / memory_name(number), onset.memory)
-    text = json.dumps({"before": onset.before, "until": onset.until})
+    text = json.dumps({"before": onset.before, "until": onset.until, "memory_at": onset.at})
     (folder / onset_name(number)).write_text(text + "\n", encoding="utf-8")
 
 
@@ -116,7 +118,7 @@ def read_onset(folder: Path, number: int) -> Onset | None:
         return None
     found = json.loads(path.read_text(encoding="utf-8"))
     known = load_memory(memory) if memory.is_file() else None
-    return Onset(int(found["before"]), int(found["until"]), known)
+    return Onset(int(found["before"]), int(found["until"]), known, int(found["memory_at"]))
 
 
 def past_of(scenario: Scenario, model: Any, onset: Onset, heir: Estimator) -> Past | None:
@@ -128,18 +130,10 @@ def past_of(scenario: Scenario, model: Any, onset: Onset, heir: Estimator) -> Pa
         onset: Since when the heir's is.
         heir: The estimator.
     """
-    if not isinstance(heir, Drifting):
+    before = build_estimator(scenario, model)
+    if not isinstance(heir, Drifting) or not isinstance(before, Remembering):
         return None
-    known = onset.memory
-    before = build_estimator(scenario, model) if known is None else None
-    if known is None and not isinstance(before, Remembering):
-        return None
-
-    def inherit() -> None:
-        heir.inherit(before.film_memory() if isinstance(before, Remembering) else known)
-        heir.drift_from_now()
-
-    return Past(onset.before, onset.until, before, inherit)
+    return Past(onset.before, onset.until, before, heir, memory=onset.memory, at=onset.at)
 
 
 def started(
