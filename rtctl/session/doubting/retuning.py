@@ -39,6 +39,8 @@ TRANSIENT_S, TRIAL_S = 1.0, 8.0
 """Time after a take-over that is not judged, and that is [s]: as long as the watch's past."""
 SIZES, REFINEMENTS = (0.7, 1.4), 8
 """Of a cause's size, what is tried in a rehearsal against the reference, and how often."""
+CLEARLY = 0.9
+"""Of the error with the size told, what a refined one may leave: a drift of seconds senses alike at many rates."""
 ALONE = 0.8
 """Probability from which a cause stands alone, where no reference decides between several."""
 GROWN = 1.2
@@ -236,7 +238,7 @@ class Retuning:
                 return np.inf
 
         found = minimize_scalar(error_with, bounds=SIZES, method="bounded", options={"maxiter": REFINEMENTS})
-        best = with_size(float(found.x) if found.fun < error_with(1.0) else 1.0)
+        best = with_size(float(found.x) if found.fun < CLEARLY * error_with(1.0) else 1.0)
         model = self._made(best)
         return self._sensing_error(model, rows, begin), best, model
 
