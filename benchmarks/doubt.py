@@ -218,9 +218,11 @@ def played_with(
     scenario, tables = load_scenario(ROOT / "scenarios" / f"{name}.toml", settings)
     changes, calls, watches = ParameterChannel(), 0, []
 
-    def act(scenario: Any, model: Any) -> Any:
+    def act(scenario: Any, model: Any, memory_before: Any) -> Any:
         if policy == "retune":
-            return Retuning(folder, scenario, model, changes.offer_model, use_reference=use_reference)
+            return Retuning(
+                folder, scenario, model, changes.offer_model, memory_before, use_reference=use_reference
+            )
         return OnceActing(Policy(policy), lambda: changes.parameters(), changes.offer, changes.stop)
 
     def look() -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol
 
 from rtctl.border.arrays import FloatArray
@@ -62,6 +63,10 @@ class Named(NamedTuple):
     """What is left of the rows' residuals over what is left before the change: 1 is as good as before."""
     shape: float = math.nan
     """A further number of a cause that has one, in SI units: the time constant of a second part of the heat."""
+
+
+MemoryBefore = Callable[[int], tuple[int, Any] | None]
+"""See `Belief.memory_before`."""
 
 
 class Belief(Protocol):

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from enum import StrEnum
-from typing import Any
 
 from rtctl.border.errors import InputError, RunError
 from rtctl.doubt.watch import Finding
@@ -52,8 +51,6 @@ class OnceActing:
             stop: ends the run at its safe levels.
         """
         self._policy, self._parameters, self._change, self._stop = policy, parameters, change, stop
-        self.memory_before: Callable[[int], tuple[int, Any] | None] = lambda sample: None
-        """Not needed."""
         self._is_done = False
 
     def act(self, finding: Finding) -> str:

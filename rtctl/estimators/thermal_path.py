@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rtctl.arithmetic.elementary import cos, exp, sin
+from rtctl.arithmetic.elementary import exp
 from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import kernel
 from rtctl.hysteresis.preisach.model import PreisachParams, cooled_stack, preisach_step
@@ -34,6 +34,7 @@ from rtctl.simulations.vo2.heat import (
 from rtctl.simulations.vo2.loop_dynamics import Vo2Dynamics
 from rtctl.simulations.vo2.mechanism import Balance
 from rtctl.simulations.vo2.mechanisms.actuation.deadband import command_for
+from rtctl.simulations.vo2.mechanisms.actuation.structure_resonance import swing_over
 from rtctl.simulations.vo2.mechanisms.sensor.ageing import slowed_s
 from rtctl.simulations.vo2.phases import Phases, mixed, switched
 from rtctl.simulations.vo2.relaxation import relax, turn
@@ -102,13 +103,8 @@ def swing_step(x: FloatArray, bent: float, h: float, rate: float, ratio: float) 
 
     See `structure.resonance`.
     """
-    damped = rate * math.sqrt(1.0 - ratio * ratio)
-    slope = (bent - x[BENT]) / h
-    behind = 2.0 * ratio * slope / rate
-    e, f = x[SWING] - x[BENT] + behind, x[SPEED] - slope
-    c, s, decay = cos(damped * h), sin(damped * h) / damped, exp(-ratio * rate * h)
-    x[SWING] = bent - behind + decay * (e * c + (f + ratio * rate * e) * s)
-    x[SPEED] = slope + decay * (f * c - (rate * rate * e + ratio * rate * f) * s)
+    swing = swing_over(x[SWING], x[SPEED], x[BENT], bent, h, rate, ratio)
+    x[SWING], x[SPEED] = swing.q, swing.speed
 
 
 @kernel

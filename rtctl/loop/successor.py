@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import NamedTuple, Protocol, runtime_checkable
 
 from rtctl.border.arrays import FloatArray
 from rtctl.hysteresis.film_memory import Drifting, FilmMemory, Inheriting, Remembering
@@ -31,6 +31,11 @@ class PastRows(NamedTuple):
     """Levels that were commanded last before each reading (n, commands) [their units]."""
 
 
+@runtime_checkable
+class Predecessor(Estimator, Inheriting, Remembering, Protocol):
+    """An estimator that can follow until a device changed."""
+
+
 class Past:
     """The model that was right until the device changed: what relays remember was made by the device as it was.
 
@@ -42,8 +47,8 @@ class Past:
         self,
         number: int,
         until: int,
-        estimator: Estimator,
-        heir: Estimator,
+        estimator: Predecessor,
+        heir: Drifting,
         *,
         memory: FilmMemory | None,
         at: int,
@@ -71,12 +76,11 @@ class Past:
         if self._is_over:
             return
         if index >= self.until:
-            if isinstance(self._estimator, Remembering) and isinstance(self._heir, Drifting):
-                self._heir.inherit(self._estimator.film_memory())
-                self._heir.drift_from_now()
+            self._heir.inherit(self._estimator.film_memory())
+            self._heir.drift_from_now()
             self._is_over = True
             return
-        if self._memory is not None and index >= self.at and isinstance(self._estimator, Inheriting):
+        if self._memory is not None and index >= self.at:
             self._estimator.inherit(self._memory)
             self._memory = None
         self._estimator.step(believed, sensed, elapsed_s)

@@ -12,7 +12,7 @@ from vo2_model_cases import small_model
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
-from rtctl.doubt.belief import Rows
+from rtctl.doubt.belief import MemoryBefore, Rows
 from rtctl.doubt.naming import Answer
 from rtctl.doubt.watch import Finding
 from rtctl.models.vo2 import read_model
@@ -50,11 +50,15 @@ def rows(seconds: float, tracking_um: float, begin: int = 0) -> dict[str, FloatA
 class Asked:
     """A retuning of a run in `folder`, and which models it asked for."""
 
-    def __init__(self, folder: Path, *, use_reference: bool) -> None:
+    def __init__(
+        self, folder: Path, *, use_reference: bool, memory_before: MemoryBefore = lambda sample: None
+    ) -> None:
         scenario, _ = load_scenario(SCENARIO, [f"scenario.period={PERIOD_S} s"])
         self.models: list[int] = []
         self.refuses = False
-        self.retuning = Retuning(folder, scenario, small_model(), self._change, use_reference=use_reference)
+        self.retuning = Retuning(
+            folder, scenario, small_model(), self._change, memory_before, use_reference=use_reference
+        )
 
     def _change(self, number: int) -> str:
         if self.refuses:
@@ -181,8 +185,8 @@ def test_a_resistance_that_drifts_is_followed_from_the_newest_onset_on() -> None
 
 
 def test_the_films_memory_before_the_change_goes_to_the_model_that_takes_over(tmp_path: Path) -> None:
-    asked = Asked(tmp_path, use_reference=True)
     belief = Vo2Belief(small_model())
+    asked = Asked(tmp_path, use_reference=True, memory_before=belief.memory_before)
     belief.start(3.7)
     table, later = rows(24.0, 2.0), rows(24.0, 3.0)
     table["setpoint"][1500:] = later["setpoint"][1500:]
@@ -190,7 +194,6 @@ def test_the_films_memory_before_the_change_goes_to_the_model_that_takes_over(tm
         part = {name: column[begin : begin + 100] for name, column in table.items()}
         seen = (part["index"], part["current"], np.full(100, PERIOD_S), part["resistance"])
         belief.predict(Rows(*seen, part["deflection"], part["deflection"]))
-    asked.retuning.memory_before = belief.memory_before
     asked.see(table)
     finding = Finding("named", 2399, 1500, "", (answer("sensor.gain", LOST),))
     assert "takes over on trial" in asked.retuning.act(finding)

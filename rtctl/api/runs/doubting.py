@@ -15,8 +15,7 @@ if TYPE_CHECKING:
 
     from rtctl.doubt.policy import Policy
     from rtctl.doubt.watch import Finding
-    from rtctl.scenario.schema import Scenario
-    from rtctl.session.doubting.under_way import Acting
+    from rtctl.session.doubting.under_way import MakePolicy
 
 
 def doubt(
@@ -72,21 +71,22 @@ def doubt(
     return summary
 
 
-def _acting(policy: Policy, folder: Path, reference: bool) -> Callable[[Scenario, Any], Acting]:
+def _acting(policy: Policy, folder: Path, reference: bool) -> MakePolicy:
     """Return how a policy acts on the run in a folder, through its control socket."""
     from rtctl.doubt.policy import OnceActing, Policy
     from rtctl.session.doubting.retuning import Retuning
     from rtctl.session.live import control_socket
 
     if policy is Policy.RETUNE:
-        return lambda scenario, model: Retuning(
+        return lambda scenario, model, memory_before: Retuning(
             folder,
             scenario,
             model,
             lambda number: control_socket.change_model(folder, number),
+            memory_before,
             use_reference=reference,
         )
-    return lambda scenario, model: OnceActing(
+    return lambda *of_run: OnceActing(
         policy,
         lambda: control_socket.parameters(folder),
         lambda name, value: control_socket.send(folder, name, value),

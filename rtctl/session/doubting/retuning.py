@@ -19,6 +19,7 @@ import numpy as np
 
 from rtctl.border.arrays import BoolArray, FloatArray
 from rtctl.border.errors import InputError, RunError
+from rtctl.doubt.belief import MemoryBefore
 from rtctl.doubt.naming import Answer
 from rtctl.doubt.watch import Finding
 from rtctl.registry import plant_kind
@@ -86,10 +87,20 @@ class Retuning:
         scenario: Scenario,
         model: Any,
         change_model: Callable[[int], str],
+        memory_before: MemoryBefore,
         *,
         use_reference: bool,
     ) -> None:
-        """Remember a run; `change_model` lets a model of its folder take over. Raises InputError of other kinds."""
+        """Remember a run. Raises InputError for a kind of plant that cannot be tuned anew.
+
+        Args:
+            folder: where it records.
+            scenario: the checked scenario.
+            model: its first model.
+            change_model: lets a model of the folder take over, by its number; returns how it was tuned.
+            memory_before: see `Belief.memory_before`.
+            use_reference: whether the reference instrument is used.
+        """
         self._kind = plant_kind(scenario.scenario.plant)
         if self._kind.retuned is None:
             raise InputError(
@@ -98,8 +109,7 @@ class Retuning:
         self._folder, self._scenario, self._model = folder, scenario, model
         self._change, self._use = change_model, use_reference
         self._period_s = scenario.scenario.period_s
-        self.memory_before: Callable[[int], tuple[int, Any] | None] = lambda sample: None
-        """See `Belief.memory_before`."""
+        self._memory_before = memory_before
         self._rows: deque[Mapping[str, FloatArray]] = deque()
         self._trial: Trial | None = None
         self._waiting: Waiting | None = None
@@ -140,7 +150,7 @@ class Retuning:
                     f"the mean tracking error has hardly grown, {before:.3g} -> {now:.3g} "
                     f"{self._scenario.profile.reference.unit}: a trial could cost more than it wins"
                 )
-            return self._try(finding)
+            return self._try(finding, rows)
         except (InputError, RunError) as error:
             return f"retune: not done: {error}"
 
@@ -161,8 +171,7 @@ class Retuning:
             return np.inf
         return _mean_error(rows, reference, newest)
 
-    def _try(self, finding: Finding) -> str:
-        rows = self._joined()
+    def _try(self, finding: Finding, rows: Mapping[str, FloatArray]) -> str:
         since = rows["index"] >= finding.since
         causes, model, said = self._rehearsed(
             [Told(one, finding.since) for one in finding.causes], rows, since
@@ -278,7 +287,7 @@ class Retuning:
         The free run of the run's first model tells that until the first change.
         """
         settled = since - round(SETTLE_S / self._period_s)
-        known = self.memory_before(settled) if not self._kept else None
+        known = self._memory_before(settled) if not self._kept else None
         at, memory = (-1, None) if known is None else known
         return Onset(self._in_force, since, memory, at)
 

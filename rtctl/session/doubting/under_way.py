@@ -11,6 +11,7 @@ from typing import Any, Protocol
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
+from rtctl.doubt.belief import MemoryBefore
 from rtctl.doubt.watch import Finding
 from rtctl.loop.events import read_events
 from rtctl.plant_control.lookup import support_of
@@ -27,9 +28,6 @@ DOUBT = "doubt"
 class Acting(Protocol):
     """A policy at work on a run."""
 
-    memory_before: Callable[[int], tuple[int, Any] | None]
-    """See `Belief.memory_before`; the watch sets it."""
-
     def act(self, finding: Finding) -> str:
         """Return what is done about a finding, in words; "": nothing."""
         ...
@@ -39,13 +37,18 @@ class Acting(Protocol):
         ...
 
 
+MakePolicy = Callable[[Scenario, Any, MemoryBefore], Acting]
+"""Returns what is done about findings of a run of a scenario with a model; the last argument tells what the plant has
+been through."""
+
+
 class LiveWatch:
     """Follows the recording of a run under way."""
 
     def __init__(
         self,
         folder: Path,
-        policy: Callable[[Scenario, Any], Acting],
+        policy: MakePolicy,
         say: Callable[[Finding, str], None],
         *,
         use_reference: bool = True,
@@ -54,7 +57,7 @@ class LiveWatch:
 
         Args:
             folder: the folder into which the run records.
-            policy: returns what is done about findings of a run of a scenario with a model.
+            policy: returns what is done about findings.
             say: hears each finding, and what was done.
             use_reference: whether the reference instrument is used.
 
@@ -67,8 +70,7 @@ class LiveWatch:
             scenario = checked_scenario(scenario_tables(self.tail.header.metadata, path), str(path))
             model = support_of(scenario.scenario.plant).read_model(folder / MODEL)
             self._fed = FedWatch(scenario, model, use_reference=use_reference)
-            self._acting = policy(scenario, model)
-            self._acting.memory_before = self._fed.memory_before
+            self._acting = policy(scenario, model, self._fed.memory_before)
         except BaseException:
             self.tail.close()
             raise
@@ -103,7 +105,7 @@ class LiveWatch:
 
 def doubt_live(
     folder: Path,
-    policy: Callable[[Scenario, Any], Acting],
+    policy: MakePolicy,
     say: Callable[[Finding, str], None],
     is_recording: Callable[[Path], bool],
     stop_requested: Callable[[], bool],
@@ -114,7 +116,7 @@ def doubt_live(
 
     Args:
         folder: the folder into which it records.
-        policy: returns what is done about findings of a run of a scenario with a model.
+        policy: returns what is done about findings.
         say: hears each finding, and what was done.
         is_recording: whether a recording is still being written.
         stop_requested: whether the watch is to end.

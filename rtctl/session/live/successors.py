@@ -20,7 +20,6 @@ from rtctl.border.errors import InputError
 from rtctl.hysteresis.film_memory import (
     Drifting,
     FilmMemory,
-    Remembering,
     load_memory,
     save_memory,
 )
@@ -28,7 +27,7 @@ from rtctl.interfaces import Controller, Estimator
 from rtctl.loop.compiled.step import compiled_step
 from rtctl.loop.events import read_events
 from rtctl.loop.step import Levels, ReadableStep, Step
-from rtctl.loop.successor import Past, PastRows, Successor
+from rtctl.loop.successor import Past, PastRows, Predecessor, Successor
 from rtctl.plant_control.lookup import support_of
 from rtctl.plant_control.support import Tuning
 from rtctl.recording.tail import Tail
@@ -131,7 +130,7 @@ def past_of(scenario: Scenario, model: Any, onset: Onset, heir: Estimator) -> Pa
         heir: The estimator.
     """
     before = build_estimator(scenario, model)
-    if not isinstance(heir, Drifting) or not isinstance(before, Remembering):
+    if not isinstance(heir, Drifting) or not isinstance(before, Predecessor):
         return None
     return Past(onset.before, onset.until, before, heir, memory=onset.memory, at=onset.at)
 

@@ -10,6 +10,7 @@ from typing import Any
 
 from rtctl.border.kernels import kernel
 from rtctl.simulations.vo2.heat import drifted_s
+from rtctl.simulations.vo2.mechanisms.actuation.deadband import held_step
 from rtctl.simulations.vo2.stepping.values import Parameters
 
 SAME_INSTANT = 1e-9
@@ -21,17 +22,6 @@ MOST_COUNTED = 1073741824.0
 """Communication steps from which on their count begins anew: it stays an integer of 32 bits."""
 
 Record = Any
-
-
-@kernel
-def held_step(held: float, command: float, width: float, behind: float) -> float:
-    """Return a command behind its small changes; see `held_back`."""
-    away = command - held
-    if away > width:
-        return command - behind * width
-    if away < -width:
-        return command + behind * width
-    return held
 
 
 @kernel

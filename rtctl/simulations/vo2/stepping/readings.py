@@ -9,14 +9,15 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from rtctl.arithmetic.elementary import cos, exp, expm1, floor, log, sin
+from rtctl.arithmetic.elementary import exp, expm1, floor, log, sin
 from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import kernel
 from rtctl.hysteresis.preisach.model import output_at
 from rtctl.simulations.vo2.heat import drifted_s, temperature_at
 from rtctl.simulations.vo2.mechanism import Balance
+from rtctl.simulations.vo2.mechanisms.actuation.structure_resonance import swing_over
 from rtctl.simulations.vo2.mechanisms.hysteresis.creep import A_DECADE, DECADES
-from rtctl.simulations.vo2.mechanisms.hysteresis.shape import RADIUS
+from rtctl.simulations.vo2.mechanisms.hysteresis.shape import RADIUS, branch_centre
 from rtctl.simulations.vo2.mechanisms.sensor.ageing import slowed_s
 from rtctl.simulations.vo2.phases import Phases, mixed, switched
 from rtctl.simulations.vo2.stepping.balance import balance_of, surrogate
@@ -36,36 +37,27 @@ def missed_now(missed: float, last: float, value: float, h: float, tau: float) -
     return missed * (1.0 - lost) - tau / h * lost * (value - last)
 
 
+# 8 parameters because a creep is told by three numbers besides its share and the time
 @kernel
-def crept(
-    missed: FloatArray, last: float, value: float, h: float, rate: float, onset: float, end: float
-) -> float:
-    """Return what a share that creeps lacks; see `hysteresis.creep`."""
+def crept(  # noqa: PLR0913
+    missed: FloatArray, last: float, value: float, h: float, rate: float, onset: float, end: float, store: bool
+) -> float:  # fmt: skip
+    """Return what a share that creeps lacks; see `hysteresis.creep`. `store` advances its relaxations, in place."""
     total, width = 0.0, log(max(end / onset, 1.0)) / LN10 * A_DECADE
     for j in range(A_DECADE * DECADES + 1):
         weight = min(1.0, max(0.0, width + 1.0 - j)) / A_DECADE
-        if weight > 0.0:
-            total += weight * missed_now(missed[j], last, value, h, onset * exp(j * LN10 / A_DECADE))
+        if weight > 0.0 or store:
+            now = missed_now(missed[j], last, value, h, onset * exp(j * LN10 / A_DECADE))
+            total += weight * now
+            if store:
+                missed[j] = now
     return rate * total
-
-
-@kernel
-def keep_creep(missed: FloatArray, last: float, value: float, h: float, onset: float) -> None:
-    """Advance the relaxations of a creep."""
-    for j in range(A_DECADE * DECADES + 1):
-        missed[j] = missed_now(missed[j], last, value, h, onset * exp(j * LN10 / A_DECADE))
 
 
 @kernel
 def nearest(reading: float, step: float, level: float) -> float:
     """Return the level that is nearest to a reading; no step, no levels."""
     return level + step * floor((reading - level) / step + 0.5) if step > 0.0 else reading
-
-
-@kernel
-def branch_centre(centre: float, x: float) -> float:
-    """Return the centre of the play that tells heating from cooling."""
-    return min(max(centre, x - RADIUS), x + RADIUS)
 
 
 @kernel
@@ -90,7 +82,7 @@ def film_and_beam(
     T, late = temperature_at(s.power, b), temperature_at(s.lagging, b)
     ambient, shape, rate, creep = p.ambient_drift, p.shape, p.rate_dependence, p.creep
     x = min(max((surrogate(s.power) - c.low) / (c.high - c.low), 0.0), 1.0)
-    centre = branch_centre(s.centre, x)
+    centre = branch_centre(s.centre, x, RADIUS)
     branch = (x - centre) / RADIUS
     reading -= harmonics(
         shape.resistance_first, shape.resistance_side, shape.resistance_second, shape.resistance_side_second, branch, x
@@ -110,12 +102,10 @@ def film_and_beam(
     if c.creeps:
         creeping = phases_at(creep.activation, creep.mixing, b, c)
         film_share, beam_share = switched(reading, T, creeping), bent + creep.expansion * T
-        lacks = crept(s.film_creep, s.film_share, film_share, h, creep.rate, creep.onset, creep.end)
+        lacks = crept(s.film_creep, s.film_share, film_share, h, creep.rate, creep.onset, creep.end, store)
         reading = mixed(film_share + lacks, T, creeping)
-        bent += crept(s.beam_creep, s.beam_share, beam_share, h, creep.rate, creep.onset, creep.end)
+        bent += crept(s.beam_creep, s.beam_share, beam_share, h, creep.rate, creep.onset, creep.end, store)
         if store:
-            keep_creep(s.film_creep, s.film_share, film_share, h, creep.onset)
-            keep_creep(s.beam_creep, s.beam_share, beam_share, h, creep.onset)
             s.film_share, s.beam_share = film_share, beam_share
     if store:
         s.centre = centre
@@ -130,16 +120,10 @@ def swung(s: Record, bent: float, h: float, store: bool, p: Parameters) -> float
         if store:
             s.bent, s.swing, s.speed = bent, bent, 0.0
         return bent
-    w, ratio = 2.0 * PI * mode.frequency, mode.damping_ratio
     q, speed = bent, 0.0
     if h > 0.0:
-        damped = w * math.sqrt(1.0 - ratio * ratio)
-        slope = (bent - s.bent) / h
-        behind = 2.0 * ratio * slope / w
-        e, f = s.swing - s.bent + behind, s.speed - slope
-        turned, turning, decay = cos(damped * h), sin(damped * h) / damped, exp(-ratio * w * h)
-        q = bent - behind + decay * (e * turned + (f + ratio * w * e) * turning)
-        speed = slope + decay * (f * turned - (w * w * e + ratio * w * f) * turning)
+        swing = swing_over(s.swing, s.speed, s.bent, bent, h, 2.0 * PI * mode.frequency, mode.damping_ratio)
+        q, speed = swing.q, swing.speed
     if store:
         s.bent, s.swing, s.speed = bent, q, speed
     return float(bent + mode.participation * (q - bent))

@@ -29,17 +29,24 @@ NO_TURN = 1e-9
 """Change [mA] that counts as round-off at rest, not as a reversal."""
 
 
+@kernel
+def held_step(held: float, command: float, width: float, behind: float) -> float:
+    """Return y [mA] after a command [mA]."""
+    away = command - held
+    if away > width:
+        return command - behind * width
+    if away < -width:
+        return command + behind * width
+    return held
+
+
 @background_kernel
 def held_back(commands: FloatArray, width: float, behind: float) -> FloatArray:
     """Return y (n,) for commands (n,) [mA]; the first was reached from below."""
     y = np.empty_like(commands)
     held = commands[0] - behind * width
     for k in range(commands.size):
-        away = commands[k] - held
-        if away > width:
-            held = commands[k] - behind * width
-        elif away < -width:
-            held = commands[k] + behind * width
+        held = held_step(held, commands[k], width, behind)
         y[k] = held
     return y
 

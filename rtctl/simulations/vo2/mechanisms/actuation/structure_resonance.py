@@ -7,12 +7,38 @@ is linear in it, so that a fit starts from a stiff beam whatever the frequency.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
+from rtctl.arithmetic.elementary import cos, exp, sin
 from rtctl.border.arrays import FloatArray
-from rtctl.border.kernels import background_kernel
+from rtctl.border.kernels import background_kernel, kernel
 from rtctl.simulations.vo2.mechanism import Read, Values, Vo2Mechanism, coefficient, shape
+
+
+class Swing(NamedTuple):
+    """The mode q [um] and its rate [um/s]."""
+
+    q: float
+    speed: float
+
+
+# 7 parameters because a kernel takes its numbers one by one
+@kernel
+def swing_over(  # noqa: PLR0913
+    q: float, speed: float, before: float, now: float, h: float, rate: float, ratio: float
+) -> Swing:  # fmt: skip
+    """Return the mode after h [s] over which d moves linearly from `before` to `now` [um]; exact."""
+    damped = rate * math.sqrt(1.0 - ratio * ratio)
+    slope = (now - before) / h
+    behind = 2.0 * ratio * slope / rate  # of the particular solution, a ramp
+    e, f = q - before + behind, speed - slope
+    c, s, decay = cos(damped * h), sin(damped * h) / damped, exp(-ratio * rate * h)
+    return Swing(
+        now - behind + decay * (e * c + (f + ratio * rate * e) * s),
+        slope + decay * (f * c - (rate * rate * e + ratio * rate * f) * s),
+    )
 
 
 @background_kernel
@@ -20,16 +46,8 @@ def ringing(d: FloatArray, steps: FloatArray, rate: float, ratio: float) -> Floa
     """Return q (instants,), at rest on the first d; d is linear between instants, over which the solution is exact."""
     q = np.empty_like(d)
     q[0], speed = d[0], 0.0
-    damped = rate * math.sqrt(1.0 - ratio * ratio)
     for k in range(1, d.size):
-        h = steps[(k - 1) % steps.size]
-        slope = (d[k] - d[k - 1]) / h
-        behind = 2.0 * ratio * slope / rate  # of the particular solution, a ramp
-        e, f = q[k - 1] - d[k - 1] + behind, speed - slope
-        c, s = math.cos(damped * h), math.sin(damped * h) / damped
-        decay = math.exp(-ratio * rate * h)
-        q[k] = d[k] - behind + decay * (e * c + (f + ratio * rate * e) * s)
-        speed = slope + decay * (f * c - (rate * rate * e + ratio * rate * f) * s)
+        q[k], speed = swing_over(q[k - 1], speed, d[k - 1], d[k], steps[(k - 1) % steps.size], rate, ratio)
     return q
 
 

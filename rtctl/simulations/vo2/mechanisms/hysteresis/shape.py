@@ -12,11 +12,17 @@ from collections.abc import Callable
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.kernels import background_kernel
+from rtctl.border.kernels import background_kernel, kernel
 from rtctl.border.mechanisms import Parameter, Scales
 from rtctl.simulations.vo2.mechanism import Read, Values, Vo2Mechanism, coefficient
 
 RADIUS = 0.05
+
+
+@kernel
+def branch_centre(centre: float, x: float, radius: float) -> float:
+    """Return the centre of a play of this radius after x."""
+    return min(max(centre, x - radius), x + radius)
 
 
 @background_kernel
@@ -25,7 +31,7 @@ def branch_of(x: FloatArray, radius: float) -> FloatArray:
     branch = np.empty_like(x)
     centre = x[0] - radius
     for k in range(x.size):
-        centre = min(max(centre, x[k] - radius), x[k] + radius)
+        centre = branch_centre(centre, x[k], radius)
         branch[k] = (x[k] - centre) / radius
     return branch
 
