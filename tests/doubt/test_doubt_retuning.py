@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -55,6 +56,7 @@ class Asked:
     ) -> None:
         scenario, _ = load_scenario(SCENARIO, [f"scenario.period={PERIOD_S} s"])
         self.models: list[int] = []
+        self.folder, self.newest, self.late = folder, 0, 0
         self.refuses = False
         self.retuning = Retuning(
             folder, scenario, small_model(), self._change, memory_before, use_reference=use_reference
@@ -64,9 +66,13 @@ class Asked:
         if self.refuses:
             raise InputError("the margins are out of reach")
         self.models.append(number)
+        event = {"step": self.newest + 1 + self.late, "event": "model", "number": number, "since": 0}
+        with (self.folder / "events.jsonl").open("a") as events:
+            events.write(json.dumps(event) + "\n")
         return "PI"
 
     def see(self, table: Mapping[str, FloatArray]) -> list[Finding]:
+        self.newest = int(table["index"][-1])
         return list(self.retuning.see(table))
 
     def name(self, *causes: Answer) -> str:
@@ -206,3 +212,21 @@ def test_the_films_memory_before_the_change_goes_to_the_model_that_takes_over(tm
     run.run(table["current"][:700], np.full(700, PERIOD_S), np.zeros(700))
     for one, other in zip(onset.memory, run.film_memory(), strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-12)
+
+
+def test_a_trial_begins_when_the_model_takes_over_not_when_it_was_asked_for(asked: Asked) -> None:
+    """A live loop prepares it for seconds; what is tracked until then is the model before's."""
+    asked.late = 900
+    asked.name(answer("sensor.gain", LOST))
+    assert asked.see(rows(9.0, 2.1, 1200)) == [], "9 s of the model before are no trial"
+    assert asked.see(rows(8.0, 0.5, 2100)) == []
+    verdict, = asked.see(rows(1.5, 0.5, 2900))  # fmt: skip
+    assert verdict.kind == "retuned"
+    assert "mean tracking error 2 -> 0.5 um" in verdict.message
+
+
+def test_a_model_that_never_takes_over_ends_the_trial(asked: Asked) -> None:
+    asked.late = 10**6
+    asked.name(answer("sensor.gain", LOST))
+    verdict, = asked.see(rows(61.0, 2.1, 1200))  # fmt: skip
+    assert verdict.message == "retuned-1.toml has not taken over in 60 s"

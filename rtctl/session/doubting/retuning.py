@@ -22,10 +22,12 @@ from rtctl.border.errors import InputError, RunError
 from rtctl.doubt.belief import MemoryBefore
 from rtctl.doubt.naming import Answer
 from rtctl.doubt.watch import Finding
+from rtctl.loop.events import read_events
 from rtctl.registry import plant_kind
 from rtctl.scenario.schema import Scenario
 from rtctl.session.doubting.recorded import RowReader
 from rtctl.session.live.successors import Onset, model_name, past_of, write_onset
+from rtctl.session.run_folder import EVENTS
 from rtctl.wiring import build_estimator
 
 KEPT_S = 24.0
@@ -38,6 +40,9 @@ FORGOTTEN_S = 2.0
 """Time that an estimator, started in the middle of a run, needs until it is judged [s]."""
 TRANSIENT_S, TRIAL_S = 1.0, 8.0
 """Time after a take-over that is not judged, and that is [s]: as long as the watch's past."""
+PATIENCE_S = 60.0
+"""Time in which a model that was asked for takes over, at most [s]."""
+MODEL_EVENT = "model"
 SIZES, REFINEMENTS = (0.7, 1.4), 8
 """Of a cause's size, what is tried in a rehearsal against the reference, and how often."""
 CLEARLY = 0.9
@@ -69,8 +74,10 @@ class Trial(NamedTuple):
     """A model that has taken over, on trial."""
 
     number: int
-    begins: int
-    """First sample that is judged."""
+    asked: int
+    """Last sample that was known when it was asked for."""
+    begins: int | None
+    """First sample that is judged; None: it has not taken over yet, which takes a live loop seconds."""
     before: float
     """Measured error before it took over [the output's unit]."""
     causes: tuple[Told, ...]
@@ -123,9 +130,19 @@ class Retuning:
         while newest - self._rows[0]["index"][-1] > KEPT_S / self._period_s:
             self._rows.popleft()
         trial = self._trial
-        if trial is not None and newest >= trial.begins + TRIAL_S / self._period_s:
+        if trial is not None and trial.begins is None:
+            self._trial = trial = trial._replace(begins=self._begin_of(trial, newest))
+        if trial is not None and trial.begins is None and newest > trial.asked + PATIENCE_S / self._period_s:
             self._trial = None
-            yield self._judged(trial, int(newest))
+            said = f"{model_name(trial.number)} has not taken over in {PATIENCE_S:g} s"
+            yield Finding("rolled_back", int(newest), trial.asked, said)
+        elif (
+            trial is not None
+            and trial.begins is not None
+            and newest >= trial.begins + TRIAL_S / self._period_s
+        ):
+            self._trial = None
+            yield self._judged(trial, trial.begins, int(newest))
         waiting = self._waiting
         if waiting is not None and self._trial is None:
             now = self._error_now(self._joined())
@@ -185,8 +202,7 @@ class Retuning:
         self._kind.part(self._kind.model.write)(path, model)
         write_onset(self._folder, self._number, self._onset(finding.since))
         tuned = self._change(self._number)
-        begins = int(rows["index"][-1]) + round(TRANSIENT_S / self._period_s)
-        self._trial = Trial(self._number, begins, before, causes, output)
+        self._trial = Trial(self._number, int(rows["index"][-1]), None, before, causes, output)
         return f"retune: {path.name} takes over on trial: {said}; {tuned}"
 
     def _rehearsed(
@@ -251,28 +267,36 @@ class Retuning:
         model = self._made(best)
         return self._sensing_error(model, rows, begin), best, model
 
-    def _judged(self, trial: Trial, sample: int) -> Finding:
+    def _begin_of(self, trial: Trial, newest: float) -> int | None:
+        """Return the first sample of a trial that is judged, by the run's events; None: it has not taken over yet."""
+        for event in read_events(self._folder / EVENTS):
+            is_its = event.kind == MODEL_EVENT and event.values["number"] == trial.number
+            if is_its and trial.asked < event.step <= newest:
+                return event.step + round(TRANSIENT_S / self._period_s)
+        return None
+
+    def _judged(self, trial: Trial, begins: int, sample: int) -> Finding:
         rows = self._joined()
-        after = _mean_error(rows, trial.output(rows), rows["index"] >= trial.begins)
+        after = _mean_error(rows, trial.output(rows), rows["index"] >= begins)
         unit = self._scenario.profile.reference.unit
         measured = f"mean tracking error {trial.before:.3g} -> {after:.3g} {unit}"
         if not self._measures(rows):
             measured += " by the new model's free run"
         kept = after < trial.before
         if not kept and self._measures(rows):  # what drifts has gone on: going back would be worse still
-            back = self._sensing_error(self._made(self._kept), rows, trial.begins)
+            back = self._sensing_error(self._made(self._kept), rows, begins)
             kept = back > after
             measured += f"; the model before would sense {back:.3g} {unit} off by now"
         if kept:
             self._kept, self._in_force = trial.causes, trial.number
-            return Finding("retuned", sample, trial.begins, f"{model_name(trial.number)} is kept: {measured}")
+            return Finding("retuned", sample, begins, f"{model_name(trial.number)} is kept: {measured}")
         try:
             self._change(self._in_force)
             done = f"{model_name(self._in_force)} takes over again"
         except (InputError, RunError) as error:
             done = f"could not be rolled back: {error}"
         said = f"{model_name(trial.number)} is not kept: {measured}; {done}"
-        return Finding("rolled_back", sample, trial.begins, said)
+        return Finding("rolled_back", sample, begins, said)
 
     @property
     def _reference(self) -> str:
