@@ -39,6 +39,7 @@ UNMODELLED = {
 """Parameters of those mechanisms, with units, which have no place in the loop where they are not 0."""
 INDIFFERENT = {
     "stiffness.quadratic": "its harmonics are even: no part of the first",
+    "damping.asymmetric": "its harmonics are even: no part of the first",
     "drive.offset": "constant",
     "sensor.offset": "constant",
     "sensor.hum": "far from the resonance",

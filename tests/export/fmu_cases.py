@@ -30,6 +30,7 @@ MECHANISMS: dict[str, str] = {
     "stiffness.viscoelastic": 'stiffness = { value = 2000.0, unit = "1/s^2" }, time_constant = { value = 20.0, unit = "ms" }',
     "damping.nonlinear": 'coefficient = { value = 300.0, unit = "1/(mm^2*s)" }',
     "damping.quadratic": 'coefficient = { value = 0.5, unit = "1/mm" }',
+    "damping.asymmetric": 'coefficient = { value = 2.0, unit = "1/s" }',
     "damping.power": 'level = { value = 50.0, unit = "mm/s^2" }, exponent = { value = 1.5, unit = "dimensionless" }, speed = { value = 5.0, unit = "mm/s" }',
     "friction.coulomb": 'level = { value = 60.0, unit = "mm/s^2" }',
     "friction.coulomb smooth": 'level = { value = 60.0, unit = "mm/s^2" }, transition_speed = { value = 1.0, unit = "mm/s" }',

@@ -193,6 +193,11 @@ ORACLES: dict[str, Oracle] = {
         values={"coefficient": 1.5},
         rate=lambda t, y, u, p: [y[1], duffing(y[0], y[1], u) - p["coefficient"] * abs(y[1]) * y[1]],
     ),
+    "damping.asymmetric": Oracle(
+        values={"coefficient": 6.0},
+        rate=lambda t, y, u, p: [y[1], duffing(y[0], y[1], u) - p["coefficient"] * abs(y[1])],
+        tolerance=1e-6,  # a step crosses the kink
+    ),
     "friction.coulomb": Oracle(values={"level": 350.0, "transition_speed": 0.0}, tolerance=2e-5),
     "hysteresis.bouc_wen": Oracle(
         values={"level": 250.0, "displacement": 0.03, "loop": 0.6, "bend": 0.3, "order": 1.7},

@@ -26,6 +26,7 @@ BASES = {
 AMPLITUDES = {
     "friction.coulomb": ({"level": 1.0}, 5e-3),
     "damping.quadratic": ({"coefficient": 1e-6}, 1e-3),
+    "damping.asymmetric": ({"coefficient": 1e-3}, 1e-3),
     "damping.power": ({"level": 0.2, "speed": 300.0, "exponent": 2.5}, 1e-3),
     "stiffness.quintic": ({"coefficient": 1e-4}, 1e-3),
     "stiffness.drift": ({"rate": 1.0}, 1e-3),

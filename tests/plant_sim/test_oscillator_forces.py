@@ -28,6 +28,7 @@ def forces(added: str) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 FORMULAS = {
     "damping.quadratic": lambda z, v, t: -1e-6 * np.abs(v) * v,
+    "damping.asymmetric": lambda z, v, t: -1e-3 * np.abs(v),
     "damping.power": lambda z, v, t: -0.2 * np.sign(v) * np.abs(v / 300.0) ** 2.5,
     "friction.coulomb": lambda z, v, t: -1.0 * np.sign(v),
     "stiffness.quintic": lambda z, v, t: -1e-4 * z**5,

@@ -1,6 +1,6 @@
 """The memoryless part of the equation of motion: rows of a table of coefficients, one column a lane.
 
-z'' = gain u - (damping + damping_2 z^2 + damping_abs |v|) v
+z'' = gain u - (damping + damping_2 z^2 + damping_abs |v|) v - damping_even |v|
       - (stiffness + quadratic z + cubic z^2 + quintic z^4 + parametric u + drift t) z
 
 and dry friction, which the integrator applies in each step. Most mechanisms are a coefficient in here and bring
@@ -16,12 +16,12 @@ from plant_sim.oscillator.equation.binding import law
 
 TERMS = (
     "gain", "damping", "stiffness", "cubic",
-    "quadratic", "quintic", "parametric", "drift", "damping_2", "damping_abs",
+    "quadratic", "quintic", "parametric", "drift", "damping_2", "damping_abs", "damping_even",
     "friction", "friction_excess", "friction_fading",
 )  # fmt: skip
 (
     GAIN, DAMPING, STIFFNESS, CUBIC,
-    QUADRATIC, QUINTIC, PARAMETRIC, DRIFT, DAMPING_2, DAMPING_ABS,
+    QUADRATIC, QUINTIC, PARAMETRIC, DRIFT, DAMPING_2, DAMPING_ABS, DAMPING_EVEN,
     FRICTION, FRICTION_EXCESS, FRICTION_FADING,
 ) = range(len(TERMS))  # fmt: skip
 RUBBING = frozenset(TERMS[FRICTION:])
@@ -52,10 +52,11 @@ def modulated(z: float, v: float, u: float, t: float, p: Any, j: int) -> Any:
 
 @law
 def damped(z: float, v: float, u: float, t: float, p: Any, j: int) -> Any:
-    """Return z'' with a damping that depends on amplitude and speed."""
-    zz = z * z
-    damping = p[DAMPING, j] + (p[DAMPING_2, j] * zz + p[DAMPING_ABS, j] * abs(v))
-    return p[GAIN, j] * u - damping * v - (p[STIFFNESS, j] + p[CUBIC, j] * zz) * z
+    """Return z'' with a damping that depends on amplitude, speed and direction."""
+    zz, speed = z * z, abs(v)
+    damping = p[DAMPING, j] + (p[DAMPING_2, j] * zz + p[DAMPING_ABS, j] * speed)
+    force = p[GAIN, j] * u - damping * v - (p[STIFFNESS, j] + p[CUBIC, j] * zz) * z
+    return force - p[DAMPING_EVEN, j] * speed
 
 
 @law
@@ -64,15 +65,17 @@ def polynomial(z: float, v: float, u: float, t: float, p: Any, j: int) -> Any:
     zz = z * z
     stiffness = p[STIFFNESS, j] + p[CUBIC, j] * zz + (p[QUADRATIC, j] * z + p[QUINTIC, j] * (zz * zz))
     modulation = p[PARAMETRIC, j] * u + p[DRIFT, j] * t
-    damping = p[DAMPING, j] + (p[DAMPING_2, j] * zz + p[DAMPING_ABS, j] * abs(v))
-    return p[GAIN, j] * u - damping * v - (stiffness + modulation) * z
+    speed = abs(v)
+    damping = p[DAMPING, j] + (p[DAMPING_2, j] * zz + p[DAMPING_ABS, j] * speed)
+    force = p[GAIN, j] * u - damping * v - (stiffness + modulation) * z
+    return force - p[DAMPING_EVEN, j] * speed
 
 
 _LAWS = (
     (NOMINAL, nominal),
     (NOMINAL | {"quadratic", "quintic"}, elastic),
     (NOMINAL | {"parametric", "drift"}, modulated),
-    (NOMINAL | {"damping_2", "damping_abs"}, damped),
+    (NOMINAL | {"damping_2", "damping_abs", "damping_even"}, damped),
 )
 _BESIDE_MEMORY = (_LAWS[1],)
 

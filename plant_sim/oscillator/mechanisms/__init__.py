@@ -7,6 +7,7 @@ from plant_sim.oscillator.mechanism import OscillatorMechanism
 from plant_sim.oscillator.mechanisms.contact import clearance as stiffness_clearance
 from plant_sim.oscillator.mechanisms.contact import stop_one_sided, stop_two_sided
 from plant_sim.oscillator.mechanisms.dissipation import (
+    damping_asymmetric,
     damping_nonlinear,
     damping_power,
     damping_quadratic,
@@ -80,5 +81,6 @@ MECHANISMS: dict[str, OscillatorMechanism] = {
         sensor_drift,
         sensor_quantisation,
         input_gain_drift,
+        damping_asymmetric,
     )
 }

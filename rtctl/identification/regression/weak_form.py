@@ -73,6 +73,7 @@ TERMS: Mapping[str, Term] = {
     ),
     "damping.nonlinear.coefficient": Term(lambda s: s.z**3 / 3.0 - s.noise**2 * s.z, order=1),
     "damping.quadratic.coefficient": Term(lambda s: np.abs(s.v) * s.v),
+    "damping.asymmetric.coefficient": Term(lambda s: np.abs(s.v)),
     "friction.coulomb.level": Term(lambda s: np.sign(s.v)),
 }
 """Terms by the name of the parameter that they estimate."""
