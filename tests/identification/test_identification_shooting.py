@@ -9,9 +9,9 @@ from oscillator_cases import DUFFING, HM, beam_records, free_values, multisine, 
 from rtctl.identification.fit import Fit
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.oscillator.start_values import generate_starts
-from rtctl.identification.simulation_error import multiple_shooting
+from rtctl.identification.simulation_error import multiple_shooting, segments
 from rtctl.identification.simulation_error.multiple_shooting import ShootingOptions, fit_multiple_shooting
-from rtctl.identification.simulation_error.output_error import fit_output_error
+from rtctl.identification.simulation_error.output_error import FitOptions, fit_output_error
 from rtctl.identification.simulation_error.segments import SegmentCost
 from rtctl.identification.simulation_error.trajectory_divergence import measure_divergence
 
@@ -70,6 +70,20 @@ def test_several_starts_are_compared_by_some_segments_and_the_best_is_fitted_to_
         run.clear()
     assert found[1].values == pytest.approx(found[0].values, rel=1e-4)
     assert runs[1] < 0.6 * runs[0]
+
+
+def test_segments_that_leave_too_much_by_themselves_are_not_joined(
+    chaos: list[FitRecord], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A hopeless model of 3,276 segments was pulled together for two minutes."""
+    simulation, joined = oscillator(HM), []
+    start = generate_starts(simulation, chaos, 1, seed=0, trust_own=False).values
+    add = segments._add_continuity
+    monkeypatch.setattr(segments, "_add_continuity", lambda *given: joined.append(1) or add(*given))
+    few = FitOptions(iterations=1, final_iterations=1, screening_iterations=1)
+    for most_left, are in ((1e-6, False), (10.0, True)):
+        fit_multiple_shooting(simulation, chaos, ShootingOptions(most_left=most_left, fit=few), starts=start)
+        assert bool(joined) == are
 
 
 @pytest.mark.slow

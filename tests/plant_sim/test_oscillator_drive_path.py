@@ -9,7 +9,7 @@ import pytest
 from duffing_cases import UNITS, model, multisine, stimulus
 
 from plant_sim.oscillator.integration.holds import nodes
-from plant_sim.oscillator.integration.node_cache import cached
+from plant_sim.oscillator.integration.node_cache import Kept, cached
 from plant_sim.oscillator.mechanism import Driven, Sampled
 from plant_sim.oscillator.mechanisms import MECHANISMS
 from plant_sim.oscillator.model import oscillator_simulation
@@ -45,6 +45,21 @@ def test_weights_of_holds_add_up_from_the_declared_one() -> None:
         assert np.allclose(found, expected, rtol=0.0, atol=1e-14)
     kept = cached(one, Sampled(samples, one.period_s, "linear", 0.4 * one.period_s), 3)
     assert np.array_equal(kept, declared)
+
+
+def test_what_is_kept_is_bounded_and_ends_with_its_record() -> None:
+    values, owners = np.zeros(1000), [stimulus(multisine()) for _ in range(5)]
+    kept = Kept(3 * values.nbytes)
+    for k, owner in enumerate(owners[:3]):
+        kept.keep((k,), owner, values)
+    assert kept.find((0,), owners[0]) is values  # asked for last, so it outlives the second
+    kept.keep((3,), owners[3], values)
+    assert len(kept) == 3
+    assert kept.find((1,), owners[1]) is None
+    assert kept.find((2,), owners[0]) is None  # another record's
+    del owner, owners[:4]
+    kept.keep((4,), owners[0], values)
+    assert len(kept) == 1
 
 
 def test_one_of_several_amplitudes_is_enough_and_none_is_told() -> None:

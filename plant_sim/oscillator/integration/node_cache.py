@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import threading
 import weakref
-from collections import OrderedDict
+from collections import OrderedDict, deque
+from functools import partial
 
 import numpy as np
 
@@ -14,8 +15,56 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Stimulus
 
 MOST_BYTES = 256 * 2**20
-_kept: OrderedDict[tuple[object, ...], tuple[weakref.ref[Stimulus], FloatArray]] = OrderedDict()
-_lock = threading.Lock()
+Key = tuple[object, ...]
+
+
+class Kept:
+    """What was made last of each record, as far as memory allows; a record that is gone takes its own along.
+
+    A fit of short segments keeps tens of thousands of arrays, so nothing here looks at all of them.
+    """
+
+    def __init__(self, most_bytes: int) -> None:
+        self._most, self._bytes = most_bytes, 0
+        self._of: OrderedDict[Key, tuple[weakref.ref[Stimulus], FloatArray]] = OrderedDict()
+        self._gone: deque[Key] = deque()  # a record may end in any thread, also while this one is locked
+        self._lock = threading.Lock()
+
+    def __len__(self) -> int:
+        return len(self._of)
+
+    def find(self, key: Key, owner: Stimulus) -> FloatArray | None:
+        """Return what is kept of a record under a key."""
+        with self._lock:
+            kept = self._of.get(key)
+            if kept is None or kept[0]() is not owner:
+                return None
+            self._of.move_to_end(key)
+            return kept[1]
+
+    def keep(self, key: Key, owner: Stimulus, values: FloatArray) -> None:
+        """Keep values of a record, and let go of those that were asked for longest ago."""
+        with self._lock:
+            while self._gone:
+                gone = self._gone.popleft()
+                if gone in self._of and self._of[gone][0]() is None:  # not another record's by now
+                    self._drop(gone)
+            self._drop(key)
+            self._of[key] = weakref.ref(owner, partial(self._end, key)), values
+            self._bytes += values.nbytes
+            while self._bytes > self._most and len(self._of) > 1:
+                self._drop(next(iter(self._of)))
+
+    def _end(self, key: Key, _: weakref.ref[Stimulus]) -> None:
+        self._gone.append(key)
+
+    def _drop(self, key: Key) -> None:
+        kept = self._of.pop(key, None)
+        if kept is not None:
+            self._bytes -= kept[1].nbytes
+
+
+_kept = Kept(MOST_BYTES)
 
 
 def cached(
@@ -35,11 +84,9 @@ def cached(
             _move_towards(made, weight, other, declared)
         return made
     key = (id(stimulus), name, drive.hold, drive.delay_s, drive.within, substeps, beyond)
-    with _lock:
-        kept = _kept.get(key)
-        if kept is not None and kept[0]() is stimulus:
-            _kept.move_to_end(key)
-            return kept[1]
+    kept = _kept.find(key, stimulus)
+    if kept is not None:
+        return kept
     onward = drive.onward if len(drive.onward) or not beyond else drive.samples[-1:]
     made = nodes(
         np.concatenate((drive.samples, onward)), drive.hold, substeps, drive.delay_s / drive.period_s,
@@ -47,12 +94,7 @@ def cached(
     )  # fmt: skip
     made = made[: (len(drive.samples) - 1 + beyond) * substeps]
     made.setflags(write=False)
-    with _lock:
-        for gone in [old for old, (owner, _) in _kept.items() if owner() is None]:
-            del _kept[gone]
-        _kept[key] = (weakref.ref(stimulus), made)
-        while sum(values.nbytes for _, values in _kept.values()) > MOST_BYTES and len(_kept) > 1:
-            _kept.popitem(last=False)
+    _kept.keep(key, stimulus, made)
     return made
 
 

@@ -191,7 +191,7 @@ def _fit_by_suitable_method(
         The fit, why its method was chosen, and, of a fit by segments, what free runs with its values leave of the
         motion (RMS share; NaN where the motion is not predictable, and of other fits).
     """
-    shooting = ShootingOptions(fit=options.fit)
+    shooting = ShootingOptions(most_left=MAX_RESIDUAL_SHARE, fit=options.fit)
     starts, linear_share = found.values, found.linear_share
     parts = measure_divergence(simulation, records, starts[0])
     if parts.is_chaotic and linear_share > MAX_RESIDUAL_SHARE:

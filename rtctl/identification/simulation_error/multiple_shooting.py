@@ -10,6 +10,7 @@ Mechanisms with a memory or a clock of their own restart with each segment.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -51,6 +52,9 @@ class ShootingOptions:
     """Length of a segment in dominant periods."""
     gaps: tuple[float, ...] = (3.0, 1.0, 0.3)
     """Allowed gaps between segments, in standard errors of a state from one segment; tried in this order."""
+    most_left: float = math.inf
+    """What segments by themselves may leave (RMS, as a share of an output's size) to be joined: joined they leave
+    more."""
     fit: FitOptions = FitOptions()  # noqa: RUF009 - frozen, so one may serve all
 
 
@@ -186,8 +190,10 @@ def _close_gaps(
 ) -> tuple[SegmentCost, Minimum]:
     """Tighten the continuity step by step, as long as the residual does not grow."""
     low, high = cost.sensitivity.bounds
-    sigma = compute_weights(cost, found)
+    sizes, sigma = cost.sigma, compute_weights(cost, found)
     cost = cost.with_changes(sigma=sigma)
+    if (sigma > options.most_left * sizes).all():
+        return cost, found
     equations = cost.equations(found.unknowns)
     if equations is None or not any(segment.joined for segment in cost.segments):
         return cost, found
