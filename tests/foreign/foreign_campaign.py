@@ -53,7 +53,7 @@ KINDS = {
     ),
     "oscillator": Kind(
         styles=foreign_oscillator_styles.STYLES,
-        others=foreign_response_styles.STYLES,
+        others=(*foreign_response_styles.STYLES, *foreign_oscillator_styles.KEPT),
         generator="foreign_oscillator_generate.py",
         data="data",
         truth="truth/truth.json",
