@@ -1,7 +1,8 @@
 """Compiled steps of a sputtered film on a cantilever: heat, cells that turn bit by bit, resistance of the mixture.
 
 Cell i is metallic by a part m_i: a front begins to cross it at `up` on heating and is through 1/speed later; it goes
-back to `down` on cooling. So m_i = min(max(m_i, speed (T - up)), speed (T - down)), cut to 0..1: a play between ramps. The structure follows with thresholds `later` K higher. Most of the heat comes with tau, a little faster.
+back to `down` on cooling. So m_i = min(max(m_i, speed (T - up)), speed (T - down)), cut to 0..1: a play between ramps.
+The structure follows with thresholds `later` K higher. Most of the heat comes with tau, a little of it faster.
 """
 
 from __future__ import annotations

@@ -41,6 +41,7 @@ from foreign_response_device import follow
 from scipy.interpolate import make_interp_spline
 
 PIECES = 5  # of a sample period; in each the drive is a parabola
+SMALLEST = 1e-12  # size of a state, in its unit
 LONGEST_LEAD = 8000  # samples of a base that moves before the record begins
 
 EQUATIONS = EFFECTS | {
@@ -78,9 +79,8 @@ def simulate(
         lead = min(round(2.0 * np.pi / device.law.damping / device.period_s), LONGEST_LEAD)
     drive, times = _drive(device, record, effects, lead, 2 + max(ceil(late / device.period_s), 0))
     base = base_acceleration(found.get("base.motion"), times, record.seed)
-    fine = swing(
-        law, drive, base, h, float(times[0, 0]), _first(law, found, start), _scale(law, record.drive)
-    )
+    y = _first(law, found, start)
+    fine = swing(law, drive, base, h, float(times[0, 0]), y, _scale(law, record.drive, y))
     seen = fine[:, 0] + (fine[:, 2] if law.mode_gain else 0.0)
     if lag := found.get("sensor.lag"):
         seen = follow(seen, lag.size, h)
@@ -134,10 +134,11 @@ def _first(law: Law, found: dict[str, Effect], start: tuple[float, float] | None
     return y
 
 
-def _scale(law: Law, drive: Array) -> Array:
-    """Sizes of the states: of the angle, the static answer to the drive's RMS."""
+def _scale(law: Law, drive: Array, y: Array) -> Array:
+    """Sizes of the states: of the angle, the static answer to the drive's RMS, or where it begins if that is more."""
     loud = float(np.sqrt(np.mean(drive**2)))
-    angle = abs(law.gain) * loud / natural_square(law)
+    angle = max(abs(law.gain) * loud / natural_square(law), abs(float(y[ANGLE])), SMALLEST)
+    loud = max(loud, SMALLEST)
     scale = np.full(STATES, angle)
     scale[RATE], scale[HYSTERETIC], scale[LAGGED] = angle * np.sqrt(natural_square(law)), 1.0, loud
     if law.mode_gain:

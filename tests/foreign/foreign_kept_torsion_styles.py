@@ -118,8 +118,13 @@ def _scaled(
         )
         for k, (name, wave) in enumerate(waves)
     ]
+    loud = [
+        float(np.std(simulate(device, record).angle)) / float(rng.uniform(0.7, 1.3)) for record in records
+    ]
+    middle = float(np.median(loud))  # every run uses about the same part of the range
+    records = [replace(r, drive=r.drive * middle / own) for r, own in zip(records, loud, strict=True)]
     angles = np.concatenate([simulate(device, record).angle for record in records])
-    scale = wanted / float(np.sqrt(np.mean(angles**2)))
+    scale = wanted / float(np.std(angles))
     law = device.law._replace(gain=scale * device.law.gain * float(rng.choice([1.0, -1.0])))
     law = law._replace(cubic=hardening * law.stiffness / float(scale * np.max(np.abs(angles))) ** 2)
     device = replace(device, law=law)
