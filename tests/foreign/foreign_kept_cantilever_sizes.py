@@ -112,7 +112,9 @@ def shares_left(
             columns.append((real[:, k] - of @ np.linalg.lstsq(of, real[:, k], rcond=None)[0]) / spread[k])
         return np.concatenate(columns)
 
-    found = least_squares(left, np.zeros(2), bounds=(-1.5, 1.5), diff_step=NUDGE, max_nfev=FITS, ftol=1e-3)
+    found = least_squares(
+        left, np.zeros(2), bounds=(-1.5, 1.5), diff_step=[NUDGE] * 2, max_nfev=FITS, ftol=1e-3
+    )
     rms = np.sqrt(np.mean(found.fun.reshape(2, -1) ** 2, axis=1))
     return dict(zip(READINGS, rms.tolist(), strict=True))
 
@@ -124,16 +126,17 @@ def first_guess(
     device, span_mA = bench.device, bench.high_mA - bench.low_mA
     tau, period, per_mA = device.tau_s, device.period_s, device.film.metal / bench.high_mA
     sign, quality = float(rng.choice([-1.0, 1.0])), log_uniform(rng, 5.0, 60.0)
-    drift = {"form": str(rng.choice(["linear", "cosine"])), "sign": sign}
-    age = {"bend": log_uniform(rng, 0.3, 8.0), "sign": sign}
-    form, slow = str(rng.choice(["zero", "hold"])), {"tau2_s": tau * log_uniform(rng, 4.0, 30.0)}
-    unit, start, low, high, values = {
+    drift: dict[str, float | str] = {"form": str(rng.choice(["linear", "cosine"])), "sign": sign}
+    age: dict[str, float | str] = {"bend": log_uniform(rng, 0.3, 8.0), "sign": sign}
+    form: dict[str, float | str] = {"form": str(rng.choice(["zero", "hold"]))}
+    slow: dict[str, float | str] = {"tau2_s": tau * log_uniform(rng, 4.0, 30.0)}
+    known: dict[str, tuple[str, float, float, float, dict[str, float | str]]] = {
         "thermal.second_time_constant": ("1", 0.1, 1e-3, 0.6, slow),
         "thermal.latent_heat": ("K", 8.0, 0.05, 80.0, {}),
         "thermal.ambient_drift": ("K", 1.0, 1e-2, 15.0, drift),
         "heater.tcr": ("1/K", 4e-4, 1e-6, 4.5e-3, {}),
         "actuation.delay": ("s", 0.3 * tau, 0.02 * tau, 5.0 * tau, {}),
-        "actuation.deadband": ("mA", 0.02 * span_mA, 1e-4 * span_mA, 0.4 * span_mA, {"form": form}),
+        "actuation.deadband": ("mA", 0.02 * span_mA, 1e-4 * span_mA, 0.4 * span_mA, form),
         "hysteresis.rate_dependence": ("s", 0.3 * tau, 0.01 * tau, 5.0 * tau, {}),
         "hysteresis.creep": ("1", 0.1, 1e-3, 0.7, {}),
         "sensor.self_heating": ("K", 1.0, 1e-2, 10.0, {}),
@@ -141,5 +144,6 @@ def first_guess(
         "sensor.ageing": ("1", 0.1, 1e-3, 0.4, age),
         "sensor.crosstalk": ("ohm/mA", 0.1 * per_mA, 1e-4 * per_mA, 2.0 * per_mA, {}),
         "structure.resonance": ("s", 3.0 * period, 1.5 * period, 40.0 * period, {"quality": quality}),
-    }[name]
+    }
+    unit, start, low, high, values = known[name]
     return Effect(id=name, size=start, unit=unit, values=values), low, high

@@ -151,12 +151,13 @@ def _cut(y: Array, s: float, x: dict[str, float]) -> Array:
     if x["hard"]:
         return np.clip(y, -x["A"] * (1.0 - s), x["A"] * (1.0 - s))
     bent = 0.5 * np.pi * s / x["A"]
-    return np.arctan(bent * y) / bent
+    return np.asarray(np.arctan(bent * y) / bent)
 
 
 def _drifted(t: Array, x: dict[str, float]) -> Array:
     place = t / t[-1]
-    return -np.expm1(-3.0 * place) / -np.expm1(-3.0) if x["exponent"] == 1.0 else place**1.5
+    settling = np.expm1(-3.0 * place) / np.expm1(-3.0)
+    return np.asarray(settling if x["exponent"] == 1.0 else place**1.5)
 
 
 def _hum(t: Array, seed: int, x: dict[str, float]) -> Array:

@@ -18,9 +18,9 @@ STATES = 8
 ANGLE, RATE, FAST, SLOW, HYSTERETIC, MODE, MODE_RATE, LAGGED = range(STATES)
 BOUND = 1e-6  # of a step's error, in the scales of the states
 SMALLEST = 1e-7  # step, in pieces of the drive; it is taken as it is
-MOST = 4000  # steps of a piece
+MOST = 1000  # steps of a piece; a motion that needs more is taken for one that diverges
 HALVINGS = 50  # of the search for an event
-BEYOND = 1e9  # angle of a motion that diverges
+BEYOND = 3e3  # angle of a motion that diverges, in its scale
 SPREAD = 2.0  # relaxation times of the fibre: the time over this and times this, half of the modulus each
 
 PLACES = np.array([0.0, 0.2, 0.3, 0.8, 8 / 9, 1.0, 1.0])
@@ -42,7 +42,7 @@ ERROR = np.array([71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 /
 def parabola(nodes: Array, place: float) -> float:
     """Value at `place` (0 to 1) of the parabola through start, middle and end of a piece."""
     bend = 2.0 * (nodes[0] - 2.0 * nodes[1] + nodes[2])
-    return nodes[0] + place * (nodes[2] - nodes[0] + bend * (place - 1.0))
+    return float(nodes[0] + place * (nodes[2] - nodes[0] + bend * (place - 1.0)))
 
 
 @njit(cache=True)
@@ -68,7 +68,7 @@ def torque(y: Array, t: float, u: float, base: float, law: Law) -> float:
     if law.mode_mass > 0.0:
         w = law.mode_rad_s
         total -= law.mode_mass * w * (w * (z - y[MODE]) + 2.0 * law.mode_ratio * (v - y[MODE_RATE]))
-    return total
+    return float(total)
 
 
 @njit(cache=True)
@@ -175,8 +175,9 @@ def go_on(
         y[:] = new
         place += step
         if place >= 1.0 - 1e-12:
-            break
+            return side
         step *= min(0.9 * max(wrong, 1e-6) ** -0.2, 4.0) if step > SMALLEST else 4.0
+    y[ANGLE] = np.nan
     return side
 
 
@@ -193,7 +194,7 @@ def swing(law: Law, drive: Array, base: Array, h: float, t: float, y: Array, sca
     y, side = y.copy(), np.sign(y[RATE])
     for n in range(pieces + 1):
         out[n, 0], out[n, 1], out[n, 2] = y[ANGLE], y[RATE], y[MODE]
-        if n == pieces or not abs(y[ANGLE]) < BEYOND:
+        if n == pieces or not abs(y[ANGLE]) < BEYOND * scale[ANGLE]:
             break
         side = go_on(y, t + n * h, h, drive[n], base[n], law, side, dry, scale, k, new)
     return out

@@ -14,13 +14,16 @@ import numpy as np
 from foreign_common import Array, log_uniform, search_size
 from foreign_kept_torsion_device import PIECES, simulate
 from foreign_kept_torsion_styles import TorsionBench, draw_bench
-from foreign_oscillator_device import EFFECTS, Effect, natural_square
+from foreign_oscillator_device import EFFECTS, Effect, Record, natural_square
 from foreign_oscillator_guesses import first_guess
 from foreign_oscillator_sizes import LINEAR, choose
 from foreign_response_sizes import ABOVE_NOISE, COMPARED, LARGEST, SMALLEST
 from scipy.optimize import least_squares
 
-FITS = 6  # steps of the re-fit
+FITS = 20  # steps of the re-fit: a stiffer fibre is many line widths away
+LEAST_DAMPING, LEAST_STIFFNESS = -0.95, -0.9  # changes that the re-fit may make, of their value
+SOFTEST = -0.6  # cubic over linear torque at the largest motion, of the re-fit: beyond, the fibre gives way
+WINDOW = 3.0  # natural periods
 EXPONENTS = (0.4, 1.4, 1.8, 2.6)
 Hidden = tuple[TorsionBench, tuple[Effect, ...], tuple[float, ...]]
 
@@ -100,8 +103,42 @@ def share_left(bench: TorsionBench, effects: tuple[Effect, ...]) -> float:
         trial = replace(device, law=values)
         runs = [simulate(trial, r, (), swing.start).reading for r, swing in zip(records, real, strict=True)]
         error = np.nan_to_num((np.concatenate(runs) - wanted) / spread, nan=1e3)
-        return np.clip(error, -1e3, 1e3)
+        return np.asarray(np.clip(error, -1e3, 1e3))
 
-    first = np.zeros(4 if bench.cubic_known else 3)
-    found = least_squares(left, first, x_scale=0.1, diff_step=1e-4, ftol=1e-3, xtol=1e-5, max_nfev=FITS)
+    starts = np.zeros((2, 4 if bench.cubic_known else 3))
+    starts[1, :3] = straight(bench, records, [swing.reading for swing in real])
+    first = min(starts, key=lambda x: float(np.sum(left(x) ** 2)))
+    ends = np.array(
+        [LEAST_DAMPING, LEAST_STIFFNESS * bench.quality, -np.inf, SOFTEST - law.cubic / per_cubic]
+    )
+    found = least_squares(
+        left,
+        first,
+        bounds=(ends[: first.size], np.inf),
+        x_scale=0.1,
+        diff_step=[1e-4] * first.size,
+        ftol=1e-3,
+        xtol=1e-5,
+        max_nfev=FITS,
+    )
     return float(np.sqrt(np.mean(found.fun**2)))
+
+
+def straight(bench: TorsionBench, records: list[Record], readings: list[Array]) -> Array:
+    """Changes of damping, stiffness (in line widths) and gain by a regression with windows of `WINDOW` periods.
+
+    Each window p gives one equation, by parts: sum p'' z - d p' z + k p z = sum g p u.
+    """
+    law, period = bench.device.law, bench.device.period_s
+    size = round(WINDOW * 2.0 * np.pi / np.sqrt(law.stiffness) / period)
+    window = np.sin(np.pi * np.linspace(0.0, 1.0, size)) ** 4
+    slope = np.gradient(window, period)
+    bend, terms = np.gradient(slope, period), []
+    for record, reading in zip(records, readings, strict=True):
+        pairs = ((reading, -slope), (reading, window), (record.drive, -window), (reading, -bend))
+        terms.append(np.column_stack([np.correlate(x, p, "valid") for x, p in pairs]))
+    table = np.concatenate(terms)
+    d, k, g = np.linalg.lstsq(table[:, :3], table[:, 3], rcond=None)[0]
+    found = [d / law.damping - 1.0, (k / law.stiffness - 1.0) * bench.quality, g / law.gain - 1.0]
+    least = np.array([LEAST_DAMPING, LEAST_STIFFNESS * bench.quality, -2.0])
+    return np.asarray(np.maximum(found, 0.99 * least))
