@@ -106,15 +106,12 @@ def share_left(bench: TorsionBench, effects: tuple[Effect, ...]) -> float:
         return np.asarray(np.clip(error, -1e3, 1e3))
 
     starts = np.zeros((2, 4 if bench.cubic_known else 3))
-    starts[1, :3] = straight(bench, records, [swing.reading for swing in real])
+    starts[1] = regression(bench, records, [swing.reading for swing in real])
     first = min(starts, key=lambda x: float(np.sum(left(x) ** 2)))
-    ends = np.array(
-        [LEAST_DAMPING, LEAST_STIFFNESS * bench.quality, -np.inf, SOFTEST - law.cubic / per_cubic]
-    )
     found = least_squares(
         left,
         first,
-        bounds=(ends[: first.size], np.inf),
+        bounds=(least_changes(bench)[: first.size], np.inf),
         x_scale=0.1,
         diff_step=[1e-4] * first.size,
         ftol=1e-3,
@@ -124,21 +121,29 @@ def share_left(bench: TorsionBench, effects: tuple[Effect, ...]) -> float:
     return float(np.sqrt(np.mean(found.fun**2)))
 
 
-def straight(bench: TorsionBench, records: list[Record], readings: list[Array]) -> Array:
-    """Changes of damping, stiffness (in line widths) and gain by a regression with windows of `WINDOW` periods.
+def regression(bench: TorsionBench, records: list[Record], readings: list[Array]) -> Array:
+    """The re-fit's first guess: changes of damping, stiffness (in line widths), gain and, if the user has one, cubic.
 
-    Each window p gives one equation, by parts: sum p'' z - d p' z + k p z = sum g p u.
+    Each window p of `WINDOW` periods gives one equation, by parts: sum p'' z - d p' z + p (k z + c z^3) = sum g p u.
     """
     law, period = bench.device.law, bench.device.period_s
     size = round(WINDOW * 2.0 * np.pi / np.sqrt(law.stiffness) / period)
-    window = np.sin(np.pi * np.linspace(0.0, 1.0, size)) ** 4
-    slope = np.gradient(window, period)
-    bend, terms = np.gradient(slope, period), []
-    for record, reading in zip(records, readings, strict=True):
-        pairs = ((reading, -slope), (reading, window), (record.drive, -window), (reading, -bend))
+    place, turn = np.pi * np.linspace(0.0, 1.0, size), np.pi / (period * (size - 1))
+    sine, cosine = np.sin(place), np.cos(place)
+    window, slope = sine**4, 4.0 * turn * sine**3 * cosine
+    bend, terms = 4.0 * turn**2 * sine**2 * (3.0 * cosine**2 - sine**2), []
+    for record, z in zip(records, readings, strict=True):
+        pairs = ((z, -slope), (z, window), (record.drive, -window), (z**3, window), (z, -bend))
         terms.append(np.column_stack([np.correlate(x, p, "valid") for x, p in pairs]))
-    table = np.concatenate(terms)
-    d, k, g = np.linalg.lstsq(table[:, :3], table[:, 3], rcond=None)[0]
-    found = [d / law.damping - 1.0, (k / law.stiffness - 1.0) * bench.quality, g / law.gain - 1.0]
-    least = np.array([LEAST_DAMPING, LEAST_STIFFNESS * bench.quality, -2.0])
-    return np.asarray(np.maximum(found, 0.99 * least))
+    table, count = np.concatenate(terms), 4 if bench.cubic_known else 3
+    size_of = np.linalg.norm(table, axis=0)
+    found = np.linalg.lstsq((table / size_of)[:, :count], table[:, 4], rcond=None)[0] / size_of[:count]
+    true = np.array([law.damping, law.stiffness, law.gain, law.cubic])[:count]
+    scale = np.array([law.damping, law.stiffness / bench.quality, law.gain, law.stiffness / bench.largest**2])
+    return np.asarray(np.maximum((found - true) / scale[:count], 0.99 * least_changes(bench)[:count]))
+
+
+def least_changes(bench: TorsionBench) -> Array:
+    """The least changes that a re-fit may make: beyond these the damping or the fibre gives way."""
+    softest = SOFTEST - bench.device.law.cubic * bench.largest**2 / bench.device.law.stiffness
+    return np.array([LEAST_DAMPING, LEAST_STIFFNESS * bench.quality, -2.0, softest])

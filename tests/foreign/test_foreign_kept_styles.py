@@ -145,18 +145,16 @@ def test_the_balance_is_drawn_and_sized_by_the_rules_of_the_other_oscillators() 
     assert {BALANCE, FILM}.isdisjoint(kinds["oscillator"].styles + kinds["vo2"].styles)
 
 
-def test_the_refit_of_a_balance_finds_a_fibre_that_is_many_line_widths_stiffer() -> None:
-    bench = balance_bench(BALANCE, 9)
-    law = bench.device.law
-    other = law._replace(stiffness=1.3 * law.stiffness, damping=1.5 * law.damping, gain=0.8 * law.gain)
-    records = list(bench.records[:2])
-    seen = [swing(replace(bench.device, law=other), record).reading for record in records]
-    found = balance_sizes.straight(bench, records, seen) / [1.0, bench.quality, 1.0]
-    np.testing.assert_allclose(found[1:], [0.3, -0.2], atol=0.02)
-    assert found[0] == pytest.approx(0.5, abs=0.6)
-    bouc_wen = replace(hidden("hysteresis.bouc_wen", 0.03), values=VALUES | {"yielding": 0.02})
-    assert balance_sizes.share_left(bench, ()) < 1e-6
-    assert 0.0 < balance_sizes.share_left(bench, (bouc_wen,)) < 1.0
+@pytest.mark.parametrize("seed", [9, 12])  # a hardening fibre that the user knows, and a straight one
+def test_the_refit_of_a_balance_finds_a_fibre_that_is_many_line_widths_stiffer(seed: int) -> None:
+    bench = balance_bench(BALANCE, seed)
+    law, records = bench.device.law, list(bench.records[:2])
+    other = replace(bench.device, law=law._replace(stiffness=1.3 * law.stiffness, gain=0.8 * law.gain))
+    seen = [swing(other, record).reading for record in records]
+    found = balance_sizes.regression(bench, records, seen)
+    assert found[1] / bench.quality == pytest.approx(0.3, abs=0.03)  # a guess, from held samples
+    assert found[2] == pytest.approx(-0.2, abs=0.06)
+    assert balance_sizes.share_left(bench, ()) < 1e-4
 
 
 def test_every_run_of_a_balance_uses_about_the_same_part_of_its_range() -> None:
