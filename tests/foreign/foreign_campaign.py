@@ -22,6 +22,7 @@ from statistics import median
 from typing import Any
 
 import foreign_grain_styles
+import foreign_kept_cantilever_styles
 import foreign_oscillator_styles
 import foreign_response_styles
 import foreign_styles
@@ -46,14 +47,14 @@ class Kind:
 KINDS = {
     "vo2": Kind(
         styles=foreign_styles.STYLES,
-        others=foreign_grain_styles.STYLES,
+        others=(*foreign_grain_styles.STYLES, *foreign_kept_cantilever_styles.STYLES),
         generator="foreign_generate.py",
         data="",
         truth="truth.json",
     ),
     "oscillator": Kind(
         styles=foreign_oscillator_styles.STYLES,
-        others=foreign_response_styles.STYLES,
+        others=(*foreign_response_styles.STYLES, *foreign_oscillator_styles.KEPT),
         generator="foreign_oscillator_generate.py",
         data="data",
         truth="truth/truth.json",

@@ -10,26 +10,30 @@ import json
 from pathlib import Path
 
 import foreign_grain_generate
+import foreign_kept_cantilever_generate
 import numpy as np
 from foreign_common import flicker
 from foreign_device import EFFECTS, Effect, Readings, simulate
 from foreign_excitations import records
 from foreign_grain_styles import STYLES as GRAIN_STYLES
+from foreign_kept_cantilever_styles import STYLES as KEPT_STYLES
 from foreign_loops import Array
 from foreign_sizes import draw_id, sized_effect
 from foreign_styles import STYLES, Bench, draw_bench, stream
 
+SEVERAL = (*GRAIN_STYLES, *KEPT_STYLES)  # styles that can hide two effects
 FACTOR = {"ohm": 1.0, "kohm": 1e-3, "um": 1.0, "mm": 1e-3}  # from ohm and um
 
 
 def generate(style: str, seed: int, folder: Path, effect: str | None = None) -> Path:
     """Write the case to `folder`; `effect` is an id, None, or "draw". Returns the manifest's path.
 
-    Films of grains can hide two effects: ids with + between.
+    The styles of `SEVERAL` can hide two effects: ids with + between.
     """
-    if style in GRAIN_STYLES:
+    if style in SEVERAL:
         names = None if effect == "draw" else tuple(effect.split("+")) if effect else ()
-        return foreign_grain_generate.generate(style, seed, folder, names)
+        later = foreign_kept_cantilever_generate if style in KEPT_STYLES else foreign_grain_generate
+        return later.generate(style, seed, folder, names)
     bench = draw_bench(style, seed)
     plan = records(bench, seed)
     effect_id = draw_id(style, seed) if effect == "draw" else effect
@@ -143,13 +147,13 @@ def _truth(bench: Bench, seed: int, hidden: Effect | None, shares: dict[str, flo
 def main() -> None:
     """Write one case from the command line."""
     parser = argparse.ArgumentParser(description="Measured data of a simulated VO2 actuator.")
-    parser.add_argument("--style", choices=(*STYLES, *GRAIN_STYLES), required=True)
+    parser.add_argument("--style", choices=(*STYLES, *SEVERAL), required=True)
     parser.add_argument("--seed", type=int, required=True)
     parser.add_argument("--effect", default="none", help="none, draw, or an id: " + ", ".join(EFFECTS))
     parser.add_argument("--out", type=Path, required=True)
     given = parser.parse_args()
     effect = None if given.effect == "none" else given.effect
-    several = (effect or "").split("+") if given.style in GRAIN_STYLES else [effect]
+    several = (effect or "").split("+") if given.style in SEVERAL else [effect]
     if effect not in (None, "draw") and not set(several) <= set(EFFECTS):
         parser.error(f"--effect must be none, draw, or one of {', '.join(EFFECTS)}; got {effect}")
     print(generate(given.style, given.seed, given.out, effect))

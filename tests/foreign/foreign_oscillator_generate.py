@@ -12,12 +12,13 @@ import argparse
 import json
 from pathlib import Path
 
+import foreign_kept_torsion_generate
 import foreign_response_generate
 import numpy as np
 from foreign_common import Array, flicker
 from foreign_oscillator_device import EFFECTS, Effect, Readings, natural_square, simulate
 from foreign_oscillator_sizes import SETS, draw_case, hide
-from foreign_oscillator_styles import LATER, STYLES, Bench, stream
+from foreign_oscillator_styles import KEPT, LATER, STYLES, Bench, stream
 from foreign_truth import model_text, told_effects
 from scipy.io import savemat
 
@@ -30,6 +31,8 @@ def generate(
     """Write the case to `folder`; `names` are hidden, or what the seed draws if None. Returns the manifest's path."""
     if style in LATER:
         return foreign_response_generate.generate(style, seed, folder, names, which)
+    if style in KEPT:
+        return foreign_kept_torsion_generate.generate(style, seed, folder, names, which)
     bench, effects, shares = draw_case(style, seed, which) if names is None else hide(style, seed, names)
     data, truth = folder / "data", folder / "truth"
     for part in (data, truth):
@@ -164,7 +167,7 @@ def told_truth(
 def main() -> None:
     """Write one case from the command line."""
     parser = argparse.ArgumentParser(description="Measured data of a simulated oscillator.")
-    parser.add_argument("--style", choices=(*STYLES, *LATER), required=True)
+    parser.add_argument("--style", choices=(*STYLES, *LATER, *KEPT), required=True)
     parser.add_argument("--seed", type=int, required=True)
     parser.add_argument(
         "--effect", default="none", help="none, draw, or names with + between: " + ", ".join(EFFECTS)

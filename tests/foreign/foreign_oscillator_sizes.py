@@ -27,7 +27,7 @@ from foreign_oscillator_device import (
     steps_of,
 )
 from foreign_oscillator_guesses import first_guess
-from foreign_oscillator_styles import LATER, STYLES, Bench, draw_bench, stream
+from foreign_oscillator_styles import KEPT, LATER, STYLES, Bench, draw_bench, stream
 from scipy.optimize import least_squares
 
 SMALLEST, LARGEST = 0.025, 0.35  # share of the motion
@@ -46,7 +46,7 @@ def draw_names(style: str, seed: int, which: str) -> tuple[int, list[str]]:
     """
     place = seed + seed // 4
     names = list(SETS[which])
-    order = np.random.default_rng([(*STYLES, *LATER).index(style), 2026]).permutation(len(names))
+    order = np.random.default_rng([(*STYLES, *LATER, *KEPT).index(style), 2026]).permutation(len(names))
     number = (
         place // 30 * 23 + place % 30 // 6 * 4 + (0, 1, 0, 2, 3, 0)[place % 6]
     )  # 23 goes through 15, 22, 37

@@ -1,7 +1,7 @@
 """Four labs with oscillators of their own; all numbers come from a seed.
 
 `STYLES[-1]`, the beams, is kept back: it is for figures that are reported, and nobody develops on it. Two more labs,
-`LATER`, are those of `foreign_response_styles`.
+`LATER`, are those of `foreign_response_styles`; `KEPT` is another one kept back, of `foreign_kept_torsion_styles`.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from foreign_oscillator_motion import Law
 
 STYLES = ("shaker_lab", "mems", "test_stand", "beam")
 LATER = ("aerospace_panel", "afm_cantilever")
+KEPT = ("torsion_balance",)
 KIND = 7  # of the streams, so that they are not those of the VO2 styles
 
 

@@ -216,7 +216,8 @@ def test_later_oscillators_draw_as_the_others_do(style: str) -> None:
     assert (counts.count(0), counts.count(2)) == (400, 400)
     assert foreign_response_sizes.SMALLEST == 0.03
     kinds = foreign_campaign.KINDS
-    assert (kinds["vo2"].others, kinds["oscillator"].others) == (GRAINS, RESPONSES)
+    assert kinds["vo2"].others[: len(GRAINS)] == GRAINS
+    assert kinds["oscillator"].others[: len(RESPONSES)] == RESPONSES
 
 
 @pytest.mark.parametrize(("style", "seed"), [("nanoribbon", 0), ("buckled_bridge", 8)])
