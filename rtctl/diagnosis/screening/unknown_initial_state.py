@@ -30,6 +30,10 @@ BEGINS_DRIVEN = (
     "the drive of {} of {} records is not zero at their first sample, and what it was before is not known: a device "
     "that feels its drive late feels that at first, so their first {:.3g} s are not scored"
 )
+BEGINS_SLOWLY = (
+    "{} of {} records begin with a small motion: what a reading that lags was before is not known, so their first "
+    "{:.3g} s are not scored"
+)
 UNKNOWN_HISTORY = (
     "{} not begin where a full cooling leaves the device (the first readings are off by {:.0%} of the signal's RMS): "
     "what acted before is not known, so the first {:.3g} s, until that is forgotten, are not scored. Was the record "
@@ -54,6 +58,10 @@ class _InitialMotion(NamedTuple):
         """Return whether the record certainly begins in motion."""
         least = thresholds.moving_start * max(1.0, self.displacement)
         return self.velocity > max(least, thresholds.moving_start_errors * self.error)
+
+    def creeps(self, thresholds: ScreeningThresholds) -> bool:
+        """Return whether the record certainly begins with a motion, however small."""
+        return self.velocity > max(thresholds.creeping_start, thresholds.moving_start_errors * self.error)
 
     def rests(self, thresholds: ScreeningThresholds) -> bool:
         """Return whether the record begins at rest, as far as can be seen."""
@@ -86,12 +94,16 @@ def warm_up_moving_records(
     period_s = 2.0 * np.pi / rate
     moved = any(motion.moves(thresholds) for motion in motions)
     warm, notes = [], []
-    begun: dict[str, list[FitRecord]] = {BEGINS_IN_MOTION: [], BEGINS_DRIVEN: []}
+    begun: dict[str, list[FitRecord]] = {BEGINS_IN_MOTION: [], BEGINS_DRIVEN: [], BEGINS_SLOWLY: []}
     for record, motion in zip(records, motions, strict=True):
         if moved and not motion.rests(thresholds):
             known, why = _warm_up(record, period_s, thresholds, two_wells), BEGINS_IN_MOTION
+        elif _is_driven_at_first(record, thresholds):
+            known, why = _skip_first_readings(record, period_s, thresholds), BEGINS_DRIVEN
+        elif motion.creeps(thresholds):
+            known, why = _skip_first_readings(record, period_s, thresholds), BEGINS_SLOWLY
         else:
-            known, why = _skip_late_drive(record, period_s, thresholds), BEGINS_DRIVEN
+            known, why = record, ""
         if known.first > record.first:
             begun[why].append(known)
         warm.append(_with_velocity(known, motion, thresholds))
@@ -203,11 +215,14 @@ def _warm_up(
     return replace(record, first=max(record.first, samples))
 
 
-def _skip_late_drive(record: FitRecord, period_s: float, thresholds: ScreeningThresholds) -> FitRecord:
-    """Return `record` without its first readings, where a drive that acts late is still the unknown one before."""
+def _is_driven_at_first(record: FitRecord, thresholds: ScreeningThresholds) -> bool:
+    """Return whether a drive was at work when the record began: one that acts late is still the unknown one before."""
     drives = record.stimulus.inputs.values()
-    if not any(abs(drive[0]) > thresholds.sudden_drive * float(drive.std()) > 0.0 for drive in drives):
-        return record
+    return any(abs(drive[0]) > thresholds.sudden_drive * float(drive.std()) > 0.0 for drive in drives)
+
+
+def _skip_first_readings(record: FitRecord, period_s: float, thresholds: ScreeningThresholds) -> FitRecord:
+    """Return `record` without the readings of its first half of a period [s]."""
     samples = int(thresholds.sudden_periods * period_s / record.period_s)
     samples = min(samples, int(thresholds.sudden_max_share * record.samples))
     return replace(record, first=max(record.first, samples))

@@ -91,6 +91,9 @@ class ScreeningThresholds:
     motion. Of the generated records, which all begin at rest or released, the largest value is 0.29, by noise."""
     moving_start_errors: float = 4.0
     """Standard errors that the initial velocity must exceed."""
+    creeping_start: float = 0.05
+    """The same of a record whose first half of a period is not scored: a reading that lags is taken to have settled
+    there. A moving base made 0.1; by the first sample alone, a lag of the drive was told for one of the sensor."""
     resting_start: float = 0.1
     """Initial velocity below which a record rests beside others that move, if its displacement is that small too or
     the manifest gives it: any ring-down passes through such moments."""
