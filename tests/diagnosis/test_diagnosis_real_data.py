@@ -81,6 +81,19 @@ def test_the_positioning_drive_has_dry_friction_that_depends_on_the_direction(
 
 
 @pytest.mark.slow
+@pytest.mark.skipif(not (DATA / "emps").is_dir(), reason="../shared/data/emps is not there")
+def test_the_positioning_drives_damping_depends_on_the_direction_as_its_authors_say() -> None:
+    """A. Janot, M. Gautier, M. Brunot (2019): 166.7 and 240.4 N s/m of 95.11 kg."""
+    found = diagnosed("emps")
+    told = {cause.id: cause for cause in found.causes}
+    assert set(told) == {"damping.asymmetric", next(name for name in told if name.startswith("friction."))}
+    half = told["damping.asymmetric"].parameters["coefficient"].value
+    assert half == pytest.approx((166.7 - 240.4) / 2.0 / 95.11, rel=0.3)
+    assert found.gain is not None
+    assert found.gain.after < 4.8e-3  # m, over the whole test record
+
+
+@pytest.mark.slow
 @pytest.mark.skipif(not (DATA / "pendulum").is_dir(), reason="../shared/data/pendulum is not there")
 def test_the_pendulum_has_the_sine_of_its_angle_although_a_drift_fits_one_decay_better() -> None:
     found = diagnosed("pendulum")
