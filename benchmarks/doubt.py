@@ -94,6 +94,9 @@ def main() -> None:
     parser.add_argument("--devices", nargs="+", default=list(DEVICES))
     parser.add_argument("--changes", nargs="+", default=list(RETUNED), help="of part retuned")
     parser.add_argument("--at", type=float, default=12.0, help="of part retuned: second of the change")
+    parser.add_argument(
+        "--then", choices=RETUNED, help=f"of part retuned: a second change {AFTER_S:g} s after the first"
+    )
     parser.add_argument("--policies", nargs="+", default=["warn", "derate", "retune"], help="of part retuned")
     parser.add_argument("--out", type=Path, default=Path("out/doubt"))
     args = parser.parse_args()
@@ -156,7 +159,7 @@ def changed(args: argparse.Namespace) -> None:
             at_s = 16.0 + (7 * number + 3 * k + 2 * args.round) % 9
             folder = args.out / f"changed-{args.round}-{k}-{change}"
             settings = [
-                f"driver.device={changing(folder, device, CHANGES[change], at_s)}",
+                f"driver.device={changing(folder, device, [(CHANGES[change], at_s)])}",
                 f"driver.seed={7300 + 10 * number + k + 10_000 * args.round}",
                 "scenario.duration=40 s",
             ]
@@ -169,6 +172,8 @@ def retuned(args: argparse.Namespace) -> None:
     """Each policy on the same run: a device that changes once."""
     rows = []
     names, late = list(RETUNED), "" if args.at == 12.0 else f"-{args.at:g}s"
+    late += f"-then-{args.then}" if args.then else ""
+    second = [(RETUNED[args.then], args.at + AFTER_S)] if args.then else []
     for k, device in enumerate(args.devices):
         for change in args.changes:
             number = names.index(change)
@@ -178,9 +183,9 @@ def retuned(args: argparse.Namespace) -> None:
                     / f"retuned-{args.round}{late}-{device}-{change}-{policy}{'-reference' if args.reference else ''}"
                 )
                 settings = [
-                    f"driver.device={changing(folder, device, RETUNED[change], args.at)}",
+                    f"driver.device={changing(folder, device, [(RETUNED[change], args.at), *second])}",
                     f"driver.seed={7700 + 10 * number + k + 10_000 * args.round}",
-                    f"scenario.duration={args.at + AFTER_S} s",
+                    f"scenario.duration={args.at + AFTER_S * (1 + len(second))} s",
                 ]
                 if not (folder / "summary.json").is_file():
                     played_with(
@@ -201,12 +206,13 @@ def retuned(args: argparse.Namespace) -> None:
         )
 
 
-def changing(folder: Path, device: str, change: str, at_s: float) -> Path:
-    """The file of a device that changes."""
+def changing(folder: Path, device: str, changes: list[tuple[str, float]]) -> Path:
+    """The file of a device that changes, each at its time [s]."""
     folder.mkdir(parents=True, exist_ok=True)
     text = (ROOT / "plant_sim" / "vo2" / "devices" / f"{device}.toml").read_text(encoding="utf-8")
     file = folder / "device.toml"
-    file.write_text(f'{text}\n[[changes]]\nat = "{at_s} s"\n{change}\n', encoding="utf-8")
+    tables = "".join(f'\n[[changes]]\nat = "{at_s} s"\n{change}\n' for change, at_s in changes)
+    file.write_text(text + tables, encoding="utf-8")
     return file
 
 

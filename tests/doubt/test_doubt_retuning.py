@@ -230,3 +230,24 @@ def test_a_model_that_never_takes_over_ends_the_trial(asked: Asked) -> None:
     asked.name(answer("sensor.gain", LOST))
     verdict, = asked.see(rows(61.0, 2.1, 1200))  # fmt: skip
     assert verdict.message == "retuned-1.toml has not taken over in 60 s"
+
+
+def test_at_a_second_change_the_films_memory_is_that_of_the_estimator_in_force(asked: Asked) -> None:
+    asked.name(answer("sensor.gain", LOST))
+    verdict, = asked.see(rows(10.0, 0.5, 1200))  # fmt: skip
+    assert verdict.kind == "retuned"
+    table, later = rows(42.0, 0.5), rows(42.0, 3.0)
+    table["setpoint"][3600:] = later["setpoint"][3600:]
+    for begin in range(2200, 4200, 50):
+        asked.see({name: column[begin : begin + 50] for name, column in table.items()})
+    finding = Finding("named", 4199, 3600, "", (answer("sensor.gain", 0.02),))
+    asked.retuning._try(finding, asked.retuning._joined())
+    onset = read_onset(asked.folder, 2)
+    assert onset is not None
+    assert onset.memory is not None
+    assert (onset.before, onset.until) == (1, 3600)
+    assert 2750 <= onset.at <= 2800, "8 s before the change, to half a second"
+    run = PathRun(small_model(), loop_dynamics(small_model()))
+    run.start(3.7)
+    run.run(table["current"][: onset.at], np.full(onset.at, PERIOD_S), np.zeros(onset.at))
+    assert onset.memory.power == pytest.approx(run.film_memory().power, rel=0.01)

@@ -25,10 +25,10 @@ from rtctl.doubt.watch import Finding
 from rtctl.loop.events import read_events
 from rtctl.registry import plant_kind
 from rtctl.scenario.schema import Scenario
+from rtctl.session.doubting.followed import Followed
 from rtctl.session.doubting.recorded import RowReader
-from rtctl.session.live.successors import Onset, model_name, past_of, write_onset
+from rtctl.session.live.successors import Onset, model_name, write_onset
 from rtctl.session.run_folder import EVENTS
-from rtctl.wiring import build_estimator
 
 KEPT_S = 24.0
 """Rows that are kept for rehearsal and verdict [s]."""
@@ -81,6 +81,7 @@ class Trial(NamedTuple):
     before: float
     """Measured error before it took over [the output's unit]."""
     causes: tuple[Told, ...]
+    onset: Onset
     output: Callable[[Mapping[str, FloatArray]], FloatArray]
     """What stands for the output in rows (n,) [its unit]."""
 
@@ -122,10 +123,14 @@ class Retuning:
         self._waiting: Waiting | None = None
         self._kept: tuple[Told, ...] = ()
         self._in_force = self._number = 0
+        self._followed: Followed | None = None
+        """The estimator of the model in force; None: that is the run's first one."""
 
     def see(self, table: Mapping[str, FloatArray]) -> Iterator[Finding]:
         """Take rows of the recording; yield the verdict on a trial that is over."""
         self._rows.append({name: np.array(column) for name, column in table.items()})
+        if self._followed is not None:
+            self._followed.follow(self._rows[-1])
         newest = float(table["index"][-1])
         while newest - self._rows[0]["index"][-1] > KEPT_S / self._period_s:
             self._rows.popleft()
@@ -200,9 +205,10 @@ class Retuning:
         path = self._folder / model_name(self._number)
         assert self._kind.model is not None
         self._kind.part(self._kind.model.write)(path, model)
-        write_onset(self._folder, self._number, self._onset(finding.since))
+        onset = self._onset(finding.since)
+        write_onset(self._folder, self._number, onset)
         tuned = self._change(self._number)
-        self._trial = Trial(self._number, int(rows["index"][-1]), None, before, causes, output)
+        self._trial = Trial(self._number, int(rows["index"][-1]), None, before, causes, onset, output)
         return f"retune: {path.name} takes over on trial: {said}; {tuned}"
 
     def _rehearsed(
@@ -288,7 +294,9 @@ class Retuning:
             kept = back > after
             measured += f"; the model before would sense {back:.3g} {unit} off by now"
         if kept:
-            self._kept, self._in_force = trial.causes, trial.number
+            followed = Followed(self._scenario, self._made(trial.causes), self._made(self._kept), trial.onset)
+            followed.follow(rows)
+            self._followed, self._kept, self._in_force = followed, trial.causes, trial.number
             return Finding("retuned", sample, begins, f"{model_name(trial.number)} is kept: {measured}")
         try:
             self._change(self._in_force)
@@ -308,10 +316,12 @@ class Retuning:
     def _onset(self, since: int) -> Onset:
         """Return since when another model is right than that in force, and what the film had been through before.
 
-        The free run of the run's first model tells that until the first change.
+        The free run of the run's first model tells that until the first change, then the estimator of the one in force.
         """
         settled = since - round(SETTLE_S / self._period_s)
-        known = self._memory_before(settled) if not self._kept else None
+        known = (
+            self._memory_before(settled) if self._followed is None else self._followed.memory_before(settled)
+        )
         at, memory = (-1, None) if known is None else known
         return Onset(self._in_force, since, memory, at)
 
@@ -346,28 +356,12 @@ class Retuning:
 
         The estimator follows all rows, as one that takes over does: what a film has been through decides where it is.
         """
-        profile, delay = self._scenario.profile, self._scenario.reading_delay
-        estimator = build_estimator(self._scenario, model)
         onset = self._onset(round(since))
-        past = past_of(self._scenario, self._made(self._kept), onset, estimator)
-        sensed = np.stack([rows[channel.name] for channel in profile.sensed], axis=1).tolist()
-        levels = np.stack([rows[channel.name] for channel in profile.commands], axis=1)
-        believed = np.concatenate([np.repeat(levels[:1], delay, axis=0), levels])[: len(levels)].tolist()
-        elapsed_s = (self._period_s * np.diff(rows["index"])).tolist()
-        estimator.start(believed[0], sensed[0])
-        if past is not None:
-            past.start(believed[0], sensed[0])
-        values, samples = [np.nan], rows["index"].astype(int).tolist()
-        for k, (level, reading, time_s) in enumerate(
-            zip(believed[1:], sensed[1:], elapsed_s, strict=True), start=1
-        ):
-            if past is not None:
-                past.take(samples[k], level, reading, time_s)
-            values.append(estimator.step(level, reading, time_s).value)
+        values = Followed(self._scenario, model, self._made(self._kept), onset).follow(rows)
         first, last = rows["index"][0], rows["index"][-1]
         sure = since + min(UNCERTAIN_S / self._period_s, (last - since) / 3.0)
         judged = rows["index"] >= max(sure, first + FORGOTTEN_S / self._period_s)
-        return float(np.nanmean(np.abs(np.array(values) - rows[self._reference])[judged]))
+        return float(np.nanmean(np.abs(values - rows[self._reference])[judged]))
 
 
 def _mean_error(rows: Mapping[str, FloatArray], output: FloatArray, judged: BoolArray) -> float:
