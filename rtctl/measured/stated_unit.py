@@ -47,7 +47,13 @@ _TWO_MEANINGS = {
     "MM": ("mm",),
     "CM": ("cm",),
     "UM": ("um",),
+    "Nm": ("N*m",),
+    "mNm": ("mN*m",),
+    "Nmm": ("N*mm",),
+    "kNm": ("kN*m",),
+    "kn": ("kN", "knot"),
 }
+"""Units that pint takes for others, or for one of two. Torques have no sign between their units; nm is a length."""
 _FULL_NAMES = re.compile(
     r"((?:micro|milli|centi|nano|kilo|mega)?"
     r"(?:ohm|hertz|volt|ampere|newton|met(?:er|re)|second|pascal|gauss|tesla|degree|radian|kelvin|celsius|inch|micron|"
@@ -56,6 +62,8 @@ _FULL_NAMES = re.compile(
 )
 _EXPONENT = re.compile(r"(?<=[^\W\d_])(?<!\d[eE])(-?\d)(?![\d.]*[^\W\d_])")
 """A digit right after a name, and no name after it: s2, s-2; none of 1e-3."""
+_PER_SECOND = re.compile(r"(?P<metre>[munckμµ]?m)s(?:\^|\*\*)?\(?[-−⁻](?P<power>[12¹²])\)?")
+"""Metres per second without a sign between them, `ms⁻²`: a power of a millisecond is no signal."""
 _TIMES_TEN = re.compile(
     r"\s*(?:10\s*(?:\^|\*\*)\s*(?P<power>[+-]?\d{1,2})|1?[eE](?P<short>[+-]?\d{1,2})|(?P<plain>1\.?0*|10+|0?[.,]0*1))"
     r"\s*[*·×x ]\s*(?P<unit>[^\W\d_].*)"
@@ -176,6 +184,8 @@ def _is_of(stated: AmplitudeUnit, told: AmplitudeUnit) -> bool:
 def normalised(stated: str) -> str:
     """Return a stated unit as pint reads it: `m/s2` as `m/s^2`, `kOhm` as `kohm`, `deg C` as `degC`."""
     text = _with_prefix(stated.strip().replace("º", "°"))
+    if motion := _PER_SECOND.fullmatch(text):
+        return f"{motion['metre']}/s" + ("^2" if motion["power"] in "2²" else "")
     if _CELSIUS.match(text):
         return "degC"
     text = _FULL_NAMES.sub(lambda found: found[1].lower(), text)

@@ -10,6 +10,8 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.units.quantities import unit_registry
 from rtctl.border.units.unit_text import parsed_unit
 
+STANDARD_GRAVITY = 9.80665
+"""[m/s^2]."""
 ROUNDING = 1e-9
 """Relative difference of two units below which they are one."""
 
@@ -18,7 +20,7 @@ def check_unit(unit: str, to: str | None = None) -> None:
     """Check that pint reads `unit` and that it converts to `to`. Raises ValueError in words."""
     known = parsed_unit(unit)
     if to is not None and known.dimensionality != parsed_unit(to).dimensionality:
-        raise ValueError(f'unit "{unit}" is not compatible with {to}')
+        raise ValueError(f'unit "{unit}" is not compatible with {to}{_about_weights(unit)}')
 
 
 def is_unit(unit: Any) -> bool:
@@ -52,7 +54,21 @@ def check_is_no(unit: str, others: tuple[str, ...]) -> None:
             what = f'"{unit}" is a unit like {other}'
             if parsed_unit(unit) == parsed_unit("g"):
                 what = '"g" is the gram; standard gravity is "g_0"'
-            raise ValueError(f"{what}, which this signal cannot be; correct the unit or the signal")
+            raise ValueError(
+                f"{what}, which this signal cannot be; correct the unit or the signal{_about_weights(unit)}"
+            )
+
+
+def _about_weights(unit: str) -> str:
+    """Return what a unit of mass may mean, as a weight and as a part of standard gravity; "": it is of none."""
+    if parsed_unit(unit).dimensionality != parsed_unit("g").dimensionality:
+        return ""
+    kilograms = float(unit_registry().Quantity(1.0, parsed_unit(unit)).to("kg").magnitude)
+    text = f". As a weight it is a force: rtctl init --scale 'SIGNAL={STANDARD_GRAVITY * kilograms:.9g} N/{unit}'"
+    if unit.endswith("g") and unit != "kg":
+        gravities = 1e3 * kilograms * STANDARD_GRAVITY
+        text += f"; as standard gravity an acceleration: --scale 'SIGNAL={gravities:.9g} m/s^2/{unit}'"
+    return text
 
 
 def same_unit(one: str, other: str) -> bool:

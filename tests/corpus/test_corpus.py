@@ -12,6 +12,7 @@ from typing import Any
 import corpus_binary
 import corpus_fields
 import corpus_habits
+import corpus_labs
 import corpus_lines
 import corpus_numbers
 import corpus_stated
@@ -37,6 +38,7 @@ TABLES = (
     corpus_habits,
     corpus_stated,
     corpus_sweeps,
+    corpus_labs,
 )
 SITUATIONS = [one for module in TABLES for one in module.SITUATIONS]
 

@@ -40,6 +40,11 @@ class StatedPeriod(NamedTuple):
         """Return what states it: `by "fs"`, `wf_increment = 0.001 s`."""
         return self.key if self.key.startswith("by ") else f"{self.key} = {self.period_s:.6g} s"
 
+    @property
+    def is_default(self) -> bool:
+        """Return whether LabVIEW writes it where nobody has set one."""
+        return self.key == "wf_increment" and self.period_s == 1.0
+
     def agrees(self, sample_rate_hz: float) -> bool:
         """Return whether a file of that rate may state this period."""
         is_same = abs(self.period_s * sample_rate_hz - 1.0) <= TOLERANCE + self.rounding
@@ -109,6 +114,11 @@ def check_stated_period(
         return (
             f"the file states {in_hz(1.0 / stated.period_s)} Hz ({stated.source}), its rows are read at {rate} Hz: as "
             f"one of every {every} samples"
+        )
+    if stated.is_default:
+        return (
+            f"the file states {stated.source}, as LabVIEW writes where nobody set it: {other or 'the manifest'} gives "
+            f"{rate} Hz, which is taken"
         )
     if stated.is_beside:
         contrary = other or "the manifest"

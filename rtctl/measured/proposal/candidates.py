@@ -27,6 +27,8 @@ EXACT = 8.0
 """Vote of a column that has the signal's own name."""
 SINGLE = "a single number"
 LOGARITHM = "is in dB, a logarithm, which is no signal: export it in a linear unit"
+FEWEST_COUNTED, MOST_LOST = 10, 0.05
+"""Rows of a column that counts them, least, and the share of its steps that may be longer than one."""
 NOT_SIGNALS = ("time", "index", "rate", "period", "none")
 
 
@@ -138,6 +140,17 @@ def find_silent(surveys: Sequence[Survey], without: Sequence[str | None]) -> dic
 def is_count(values: FloatArray) -> bool:
     """Return whether numbers (n,) are 0, 1, 2, ... or 1, 2, 3, ..."""
     return len(values) > 2 and values[0] in (0.0, 1.0) and bool(np.all(np.diff(values) == 1.0))
+
+
+def lost_counts(values: FloatArray) -> tuple[int, int]:
+    """Return how many numbers a column (n,) that counts its rows misses, and before which row first; 0: none."""
+    steps = np.diff(values)
+    if len(values) < FEWEST_COUNTED or not (steps == np.round(steps)).all() or values[0] != round(values[0]):
+        return 0, 0
+    jumps = np.flatnonzero(steps != 1.0)
+    if not len(jumps) or len(jumps) > MOST_LOST * len(steps) or (steps[jumps] < 1.0).any():
+        return 0, 0
+    return int(np.sum(steps[jumps] - 1.0)), int(jumps[0]) + 1
 
 
 def _measures(unit: str, like: str) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -16,6 +16,7 @@ from rtctl.measured.proposal.candidates import (
     Candidate,
     find_candidates,
     find_silent,
+    lost_counts,
 )
 from rtctl.measured.proposal.given import Given, check_plant, given_signals
 from rtctl.measured.proposal.instants.stamps import judge_stamps
@@ -339,6 +340,7 @@ def _leftovers(
 
 def _remarks(surveys: Sequence[Survey]) -> list[str]:
     remarks = [f"{survey.path.name}: {remark}" for survey in surveys for remark in survey.remarks]
+    remarks += [text for survey in surveys for text in _about_lost_rows(survey)]
     groups: dict[str, list[str]] = {}
     for survey in surveys:
         if survey.group is not None:
@@ -347,6 +349,18 @@ def _remarks(surveys: Sequence[Survey]) -> list[str]:
         f"{file}: its groups with the same columns are taken as its records: {', '.join(names)}"
         for file, names in groups.items()
     ]
+
+
+def _about_lost_rows(survey: Survey) -> Iterator[str]:
+    """Yield what columns that count the rows say of rows that are not there."""
+    for name, column in survey.numeric.items():
+        lost, row = (0, 0) if column.values is None else lost_counts(column.values)
+        if lost:
+            yield (
+                f'{survey.path.name}: "{name}" counts the rows and misses {lost}, first before row {row} (counted from '
+                "0): rows were lost there, and what is left is taken for one piece; divide the record there, in the "
+                f"manifest: rows = [0, {row}] and rows = [{row}, {column.rows}]"
+            )
 
 
 def _name_of(surveys: Sequence[Survey]) -> str:

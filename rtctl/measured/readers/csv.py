@@ -8,6 +8,7 @@ from bisect import bisect_right
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pyarrow as pa
@@ -18,7 +19,8 @@ from rtctl.measured.readers.delimited.form import NAMELESS, Form, is_rate_row
 from rtctl.measured.readers.delimited.labview import starts_of
 from rtctl.measured.readers.delimited.names import BLANKS, cells_of, is_number
 from rtctl.measured.readers.delimited.opening import OPENING_LINES, REMEDY, find_opening
-from rtctl.measured.readers.delimited.text import BLOCK_BYTES, Text, index_lines, open_text, too_long
+from rtctl.measured.readers.delimited.text import BLOCK_BYTES, Lines, Text, index_lines, open_text, too_long
+from rtctl.measured.readers.delimited.thousands import check_thousands, may_have_thousands
 from rtctl.measured.readers.delimited.words import COMMENTS, of_words, shown
 from rtctl.measured.readers.stated.beside import level_of_lines
 from rtctl.measured.readers.stated.preamble import NumberedLine, quoted, read_preamble
@@ -49,30 +51,17 @@ def read(path: Path) -> Table:
     end_byte = text.size() - ending.cut_bytes
     columns = {name: k for k, name in enumerate(form.names) if name}
 
+    source = _Source(text, form, lines, end_byte, columns)
+
     def load(name: str, first: int, end: int) -> Column:
-        if first >= end:
-            return np.empty(0)
-        place = lines.places[bisect_right(lines.places, first + form.head, key=lambda line: line.number) - 1]
-        skipped = first + form.head - place.number
-        part = (place.byte, end_byte)
-        attempts = [(pa.float64(), form.decimal)]
-        if form.decimal == "." and form.separator != ",":
-            attempts.append((pa.float64(), ","))  # the opening lines may hold whole numbers only
-        attempts.append((pa.string(), form.decimal))  # text: the message about it can tell the rows
-        for kind, decimal in attempts:
-            blocks = _blocks(text, form._replace(decimal=decimal), [columns[name]], kind, part)
-            try:
-                cells = arrow_slice((block.column(0) for block in blocks), skipped, end - first + skipped)
-            except pa.ArrowInvalid as error:
-                if "conversion error" not in str(error):
-                    raise ValueError(_about_cells(str(error), form, text)) from None
-            else:
-                return of_words(cells, form.names, first) if kind == pa.string() else cells
-        raise ValueError(f'column "{name}" is neither numbers nor text in UTF-8')
+        return _numbers_or_text(source, name, first, end)
 
     def load_together(names: Sequence[str]) -> dict[str, Column]:
         numbered = {name: columns[name] for name in names}
-        return _numbers_together(text, form, numbered, rows, (lines.places[0].byte, end_byte)) if rows else {}
+        if not rows:
+            return {}
+        found = _numbers_together(text, form, numbered, rows, (lines.places[0].byte, end_byte))
+        return {name: cells for name, cells in found.items() if not may_have_thousands(cells)}
 
     starts = starts_of(above, form.names)
     remarks = tuple(one for one in (ending.remark, preamble.doubt, starts.remark) if one)
@@ -85,6 +74,49 @@ def read(path: Path) -> Table:
         texts=_texts(opening, form),
         beside={"": level_of_lines(one.text for one in (*_unnamed(opening, form), *notes))},
     )
+
+
+class _Source(NamedTuple):
+    """The numbers of a file."""
+
+    text: Text
+    form: Form
+    lines: Lines
+    end_byte: int
+    columns: Mapping[str, int]
+    """Places of the columns."""
+
+    def cells(self, name: str, first: int, end: int, kind: pa.DataType, decimal: str) -> Column:
+        """Return rows of a column. Raises pa.ArrowInvalid where they are not of this kind."""
+        places = self.lines.places
+        place = places[bisect_right(places, first + self.form.head, key=lambda line: line.number) - 1]
+        skipped, part = first + self.form.head - place.number, (place.byte, self.end_byte)
+        blocks = _blocks(self.text, self.form._replace(decimal=decimal), [self.columns[name]], kind, part)
+        return arrow_slice((block.column(0) for block in blocks), skipped, end - first + skipped)
+
+
+def _numbers_or_text(source: _Source, name: str, first: int, end: int) -> Column:
+    """Return rows of a column. Raises ValueError in words."""
+    if first >= end:
+        return np.empty(0)
+    form = source.form
+    attempts = [(pa.float64(), form.decimal)]
+    if form.decimal == "." and form.separator != ",":
+        attempts.append((pa.float64(), ","))  # the opening lines may hold whole numbers only
+    attempts.append((pa.string(), form.decimal))  # text: the message about it can tell the rows
+    for kind, decimal in attempts:
+        try:
+            cells = source.cells(name, first, end, kind, decimal)
+        except pa.ArrowInvalid as error:
+            if "conversion error" not in str(error):
+                raise ValueError(_about_cells(str(error), form, source.text)) from None
+            continue
+        if kind == pa.string():
+            return of_words(cells, form.names, first)
+        if may_have_thousands(cells):
+            check_thousands(source.cells(name, first, end, pa.string(), decimal), name, first, decimal)
+        return cells
+    raise ValueError(f'column "{name}" is neither numbers nor text in UTF-8')
 
 
 def _above(opening: Sequence[NumberedLine], form: Form) -> list[NumberedLine]:

@@ -25,6 +25,8 @@ AGREES = 0.005
 """Relative difference of a step and a period below which they are the same."""
 _EPOCHS = ((1e9, 1e10, "s"), (1e12, 1e13, "ms"), (1e15, 1e16, "us"), (1e18, 1e19, "ns"))
 """Sizes of instants between 2001 and 2286, counted since 1970, and their unit."""
+_SLOWEST_S = 60.0
+"""Step [s] of instants since 1970 from which they may as well be counts since power-up in a finer unit."""
 _DAYS = ((40_000.0, 60_000.0, "a spreadsheet"), (730_000.0, 750_000.0, "MATLAB"))
 """Sizes of instants between 2009 and 2053, counted in days as these do."""
 _FINEST_S = 1e-5
@@ -117,6 +119,15 @@ def _of_unknown_unit(column: Column, why: str, told: ToldRate | None) -> Time:
     size = float(np.nanmax(np.abs(column.values)))
     for low, high, epoch in _EPOCHS:
         if low <= size < high:
+            step_s = convert_number(float(np.median(np.diff(column.values))), epoch, "s")
+            if step_s >= _SLOWEST_S:
+                text = (
+                    f'the time column "{column.name}" reaches {size:.6g}: in {epoch} since 1970 its steps are '
+                    f"{step_s:.6g} s; counts of a clock since it was switched on are in a finer unit"
+                )
+                return Time(
+                    TimeGuess(column=column.name, unit=epoch, why=why), opens=(_unit_question(column, text),)
+                )
             guess = TimeGuess(column=column.name, unit=epoch, why=f"{why}; it counts since 1970, in {epoch}")
             return Time(guess, unsure=(f'time: "{column.name}" counts {epoch} since 1970, by its size',))
     step = float(np.median(np.diff(column.values)))

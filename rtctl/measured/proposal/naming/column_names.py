@@ -65,8 +65,6 @@ _SPELLED = {
     "volt": "V", "volts": "V", "newton": "N", "ampere": "A", "ohms": "ohm", "mps^2": "m/s^2", "degc": "degC",
     "degf": "degF", "°c": "degC", "celsius": "degC", "kelvin": "K",
 }  # fmt: skip
-_TORQUES = {"Nm": "N*m", "mNm": "mN*m", "Nmm": "N*mm", "kNm": "kN*m"}
-"""Torques without a sign between their units, in which pint finds other ones; nm is a length."""
 _SHORT = {
     "volt": "V", "ampere": "A", "newton": "N", "meter": "m", "metre": "m", "millimeter": "mm", "millimetre": "mm",
     "micrometer": "um", "micrometre": "um", "micron": "um", "millivolt": "mV", "milliampere": "mA", "second": "s",
@@ -216,5 +214,5 @@ def _words(base: str) -> list[str]:
 def unit_meanings(text: str) -> tuple[str, ...]:
     """Return what a stated unit may mean, as pint reads it; () where it is no unit."""
     text = SINCE.sub("", text)
-    spelled = _TORQUES.get(text) or _SPELLED.get(text, text)
+    spelled = _SPELLED.get(text, text)
     return tuple(_SHORT.get(one, one) for one in meanings(spelled)) if readable(spelled) else ()

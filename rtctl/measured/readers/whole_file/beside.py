@@ -7,7 +7,7 @@ of the column's own name that has its unit. A scale or a unit that does not say 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -62,9 +62,12 @@ def with_beside(table: Table) -> Table:
         path: dict(_expanded(level, [one.name for one in inside[path]]))
         for path, level in _gathered(table, inside).items()
     }
-    headers = {name: _told(table, header, name, levels) for name, header in table.columns.items()}
+    alone = {path for path, columns in inside.items() if path and len(columns) == 1}
+    headers = {name: _told(table, header, name, levels, alone) for name, header in table.columns.items()}
     remarks = [
-        remark for path, level in levels.items() for remark in _of_no_column(path, level, inside[path])
+        remark
+        for path, level in levels.items()
+        for remark in _of_no_column(path, level, inside[path], has_units=path not in alone)
     ]
     periods = {
         name: Period(*found)
@@ -156,10 +159,23 @@ def _own_name(table: Table, name: str) -> str:
     return place.within(place.groups[-1]) if place.groups else place.path
 
 
-def _told(table: Table, header: Header, name: str, levels: Mapping[str, Level]) -> Header:
+def _told(
+    table: Table, header: Header, name: str, levels: Mapping[str, Level], alone: Collection[str]
+) -> Header:
+    """Return a header with what is told around its column; the unit of a group that has it `alone` is its own."""
     own = _own_name(table, name)
     around = _around(table, name, levels)
     unit = header.unit or next((text for level in around if (text := _unit_of(level, own))), None)
+    its = [levels[path] for path in table.place(name).groups if path in levels and path in alone]
+    unit = unit or next(
+        (
+            text
+            for level in its
+            for key, told in level.items()
+            if is_unit_of_all(key) and (text := unit_text(told))
+        ),
+        None,
+    )
     scales: dict[str, Any] = {}
     for level in reversed(around):
         scales |= {key: value for key, value in level.items() if is_scale_of(key, own)}
@@ -196,7 +212,7 @@ def _unit_of(level: Level, column: str) -> str | None:
     return None
 
 
-def _of_no_column(path: str, level: Level, inside: Sequence[_Named]) -> Iterator[str]:
+def _of_no_column(path: str, level: Level, inside: Sequence[_Named], *, has_units: bool) -> Iterator[str]:
     """Yield remarks on units and scales of a group or a file that do not say of which column they are."""
     if not inside:
         return
@@ -216,7 +232,7 @@ def _of_no_column(path: str, level: Level, inside: Sequence[_Named]) -> Iterator
     units = [
         f'{key} = "{text}"'
         for key, value in level.items()
-        if is_unit_of_all(key) and (text := unit_text(value))
+        if has_units and is_unit_of_all(key) and (text := unit_text(value))
     ]
     if units:
         yield (

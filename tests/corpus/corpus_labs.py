@@ -1,0 +1,64 @@
+"""What labs write that was read wrong without a word, or refused without a remedy: found by a stranger's 300 files."""
+
+from __future__ import annotations
+
+import h5py
+import numpy as np
+from corpus_binary import made, mat, tdms
+from corpus_case import RIGHT, ROWS, A, Right, Situation, T, U, X, refused, table, text
+
+K = np.arange(ROWS)
+NANOSECONDS, MICROSECONDS = (1e9 * (1300.0 + T)).round(), (1e6 * (1300.0 + T)).round()
+"""Counts of a clock that was switched on 1300 s before."""
+SINCE_POWER_UP = ("r.csv", "since it was switched on", "--time t:UNIT", "--sample-rate")
+MARKED = [f"{round(2000.0 * one / np.abs(X).max()):,d}" for one in X]
+DSPACE = {
+    "X": {"Name": "time", "Unit": "s", "Data": T},
+    "Y": np.array(
+        [{"Name": "u", "Unit": "V", "Data": U}, {"Name": "x", "Unit": "um", "Data": 1e3 * X}], dtype=object
+    ),
+}
+BY_NUMBER = {
+    "inputs": "run.Y{1}.Data:V",
+    "outputs": {"displacement": "run.Y{2}.Data:mm"},
+    "time": "run.X.Data:s",
+}
+IN_TORQUE = Right(units={"drive": "N*m", "displacement": "mm"})
+IN_FORCE = Right(units={"drive": "N", "displacement": "mm"})
+
+
+def grouped(path: object) -> None:
+    with h5py.File(path, "w") as file:
+        for name, unit, values in (("t", "s", T), ("u", "V", U), ("x", "um", 1e3 * X)):
+            file[f"{name}/data"] = values
+            file[name].attrs["unit"] = unit
+
+
+def counted(*lost: int) -> str:
+    kept = np.delete(K, lost)
+    return "# fs = 1000 Hz\nsample,u [V],x [mm]\n" + table(kept.astype(float), U[kept], X[kept])
+
+
+UNITS = (
+    Situation("torque in Nm", text("t [s],torque [Nm],x [mm]\n" + table(T, U, X)), IN_TORQUE),
+    Situation("torque in mNm", text("t [s],torque [mNm],x [mm]\n" + table(T, 1e3 * U, X)), IN_TORQUE),
+    Situation("force in kn", text("t [s],force [kn],x [mm]\n" + table(T, 1e-3 * U, X, form="{:.12g}")), IN_FORCE),
+    Situation("metres per second squared without a slash", text("t [s],u [V],x [mm],acc (ms⁻²)\n" + table(T, U, X, 1e-3 * A)), RIGHT),
+    Situation("the same in ASCII", text("t [s],u [V],x [mm],acc (mms^-2)\n" + table(T, U, X, A)), RIGHT),
+    Situation("milli-g and milligrams", text("t [s],u [V],x [mm],acc [mg]\n" + table(T, U, X, A)), refused("r.csv", "--scale", "0.00980665 m/s^2/mg")),
+    Situation("a weight in kg", text("t [s],load [kg],x [mm]\n" + table(T, U, X)), refused("r.csv", "--scale", "9.80665 N/kg")),
+)  # fmt: skip
+TIMES = (
+    Situation("microseconds since power-up", text("t,u [V],x [mm]\n" + table(MICROSECONDS, U, X, form="{:.12g}")), refused(*SINCE_POWER_UP)),
+    Situation("nanoseconds since power-up", text("t,u [V],x [mm]\n" + table(NANOSECONDS, U, X, form="{:.15g}")), refused(*SINCE_POWER_UP)),
+    Situation("microseconds since power-up, said", text("t,u [V],x [mm]\n" + table(MICROSECONDS, U, X, form="{:.12g}")), RIGHT, {"time": "t:us"}),
+    Situation("rows that a counter misses", text(counted(*range(300, 340))), Right(remark='"sample" counts the rows and misses 40, first before row 300', rows=560, fewest=560, lost=np.delete(K, np.arange(300, 340)))),
+    Situation("LabVIEW's increment of 1 s beside a time", tdms({"wf_increment": 1.0}, t=T, u=U, x=X), Right(remark="as LabVIEW writes where nobody set it"), {"inputs": "u:V", "outputs": {"displacement": "x:mm"}, "time": "t:s"}),
+)  # fmt: skip
+PLACES = (
+    Situation("a unit in the struct of its array", mat(run=DSPACE), RIGHT),
+    Situation("a unit in the struct of its array, contradicted", mat(run=DSPACE), refused("r.mat", '"um"', '"mm"'), BY_NUMBER),
+    Situation("a unit of the group of its array", made("r.h5", grouped), RIGHT),
+    Situation("marks of thousands among whole numbers", text("t [s]\tu [V]\tx [um]\n" + table([f"{one:.3f}" for one in T], [f"{one:.6f}" for one in U], MARKED, separator="\t"), "r.txt"), refused("r.txt", "marks of thousands", "export the file without")),
+)  # fmt: skip
+SITUATIONS = (*UNITS, *TIMES, *PLACES)
