@@ -55,10 +55,18 @@ TIMES = (
     Situation("rows that a counter misses", text(counted(*range(300, 340))), Right(remark='"sample" counts the rows and misses 40, first before row 300', rows=560, fewest=560, lost=np.delete(K, np.arange(300, 340)))),
     Situation("LabVIEW's increment of 1 s beside a time", tdms({"wf_increment": 1.0}, t=T, u=U, x=X), Right(remark="as LabVIEW writes where nobody set it"), {"inputs": "u:V", "outputs": {"displacement": "x:mm"}, "time": "t:s"}),
 )  # fmt: skip
+RATES = (
+    Situation("PicoScope's Tinterval", mat(Tinterval=1e-3, A=U, B=X), Right(remark="1000 Hz"), {"inputs": "A:V", "outputs": {"displacement": "B:mm"}}),
+    Situation("PicoScope's Tinterval, contradicted", mat(Tinterval=1e-3, A=U, B=X), refused("r.mat", "Tinterval", "--time -"), {"inputs": "A:V", "outputs": {"displacement": "B:mm"}, "sample_rate_hz": 500.0}),
+    Situation("an oscilloscope's XInc", mat(XInc=1e-3, A=U, B=X), Right(remark="1000 Hz"), {"inputs": "A:V", "outputs": {"displacement": "B:mm"}}),
+    Situation("a camera's frame rate", text("Frame rate: 1000 fps\nu [V],x [mm]\n" + table(U, X)), Right(remark="1000 Hz")),
+    Situation("an output data rate", text("# ODR = 1000 Hz\nu [V],x [mm]\n" + table(U, X)), Right(remark="1000 Hz")),
+    Situation("a sampling cycle", text("Sampling cycle: 1 ms\nu [V],x [mm]\n" + table(U, X)), Right(remark="1000 Hz")),
+)  # fmt: skip
 PLACES = (
     Situation("a unit in the struct of its array", mat(run=DSPACE), RIGHT),
     Situation("a unit in the struct of its array, contradicted", mat(run=DSPACE), refused("r.mat", '"um"', '"mm"'), BY_NUMBER),
     Situation("a unit of the group of its array", made("r.h5", grouped), RIGHT),
     Situation("marks of thousands among whole numbers", text("t [s]\tu [V]\tx [um]\n" + table([f"{one:.3f}" for one in T], [f"{one:.6f}" for one in U], MARKED, separator="\t"), "r.txt"), refused("r.txt", "marks of thousands", "export the file without")),
 )  # fmt: skip
-SITUATIONS = (*UNITS, *TIMES, *PLACES)
+SITUATIONS = (*UNITS, *TIMES, *RATES, *PLACES)

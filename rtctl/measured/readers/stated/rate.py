@@ -19,11 +19,12 @@ from rtctl.measured.readers.stated.keys import is_unit_of
 _RATES = (
     "samplerate", "samplingrate", "samplefrequency", "samplingfrequency", "samplefreq", "samplingfreq", "abtastrate",
     "abtastfrequenz", "scanrate", "fsamp", "fs", "samplespersecond", "acquisitionrate", "messrate",
+    "framerate", "outputdatarate", "odr",
     "frequencedechantillonnage", "frecuenciademuestreo", "frequenzadicampionamento",
 )  # fmt: skip
 _PERIODS = (
     "sampletime", "sampleperiod", "sampleinterval", "samplingtime", "samplingperiod", "samplinginterval", "abtastzeit",
-    "abtastintervall", "deltat", "δt", "dt", "periodedechantillonnage", "periododemuestreo",
+    "samplingcycle", "tinterval", "tinc", "timeincrement", "abtastintervall", "deltat", "δt", "dt", "periodedechantillonnage", "periododemuestreo",
     "periododicampionamento",
 )  # fmt: skip
 """Keys of a rate and of a period, without signs, blanks and accents; a unit may follow."""
@@ -32,13 +33,14 @@ _FACTORS: dict[str, tuple[float, bool] | None] = {
     "sps": (1.0, True), "ksps": (1e3, True), "ss": (1.0, True), "kss": (1e3, True), "mss": (1e6, True),
     "sas": (1.0, True), "ksas": (1e3, True), "msas": (1e6, True), "1s": (1.0, True), "sampless": (1.0, True),
     "samplessec": (1.0, True), "samplespersecond": (1.0, True),
+    "fps": (1.0, True), "framess": (1.0, True),
     "s": (1.0, False), "sec": (1.0, False), "second": (1.0, False), "seconds": (1.0, False), "sekunden": (1.0, False),
     "ms": (1e-3, False), "msec": (1e-3, False), "us": (1e-6, False), "usec": (1e-6, False), "ns": (1e-9, False),
     "min": (60.0, False), "h": (3600.0, False),
 }  # fmt: skip
 """Units with their size in Hz or s, and whether they are of a rate; "" is Hz or s."""
-VARIABLES = ("ts", "tsamp")
-"""Further words for a period that variables have; an attribute `ts` is a time stamp as often."""
+VARIABLES = ("ts", "tsamp", "xinc", "xincr", "xincrement")
+"""Further words for a period that variables have; an attribute `ts` is a time stamp as often, `xinc` a length."""
 _BRACKETS = re.compile(r"(.*\S)\s*[\[(]([^\[\]()]*)[\])]\W*")
 
 
