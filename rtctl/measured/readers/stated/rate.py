@@ -24,7 +24,8 @@ _RATES = (
 )  # fmt: skip
 _PERIODS = (
     "sampletime", "sampleperiod", "sampleinterval", "samplingtime", "samplingperiod", "samplinginterval", "abtastzeit",
-    "samplingcycle", "tinterval", "tinc", "timeincrement", "abtastintervall", "deltat", "δt", "dt", "periodedechantillonnage", "periododemuestreo",
+    "samplingcycle", "tinterval", "tinc", "timeincrement", "abtastintervall",
+    "deltat", "δt", "dt", "periodedechantillonnage", "periododemuestreo",
     "periododicampionamento",
 )  # fmt: skip
 """Keys of a rate and of a period, without signs, blanks and accents; a unit may follow."""
