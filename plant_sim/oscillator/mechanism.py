@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from plant_sim.oscillator.kinks import Kinks
 from rtctl.border.arrays import ComplexArray, FloatArray
 from rtctl.border.mechanisms import Mechanism, Parameter
 from rtctl.border.units.quantities import convert, is_angle
@@ -65,6 +66,8 @@ class Moved(NamedTuple):
     """Results for another lane under the same drive; None: nothing is kept."""
     filtered_slope: FloatArray | None = None
     """Rate (samples,) of a `displacement` that is filtered; None: it is `velocity`."""
+    kinks: Kinks | None = None
+    """Where it has kinks; None: nowhere."""
 
     @property
     def slope(self) -> FloatArray:

@@ -15,6 +15,7 @@ from plant_sim.oscillator.forces_of_mechanisms.along_motions import STEPS, mean_
 from plant_sim.oscillator.forces_of_mechanisms.departures import Departure, acts_as_a_force
 from plant_sim.oscillator.integration.node_cache import cached
 from plant_sim.oscillator.integration.steps import Plan, check_work
+from plant_sim.oscillator.kinks import kinks_of
 from plant_sim.oscillator.mechanism import Driven, Moved, OscillatorMechanism, Sampled, Values, in_units
 from plant_sim.oscillator.mechanisms import MECHANISMS
 from plant_sim.oscillator.motion import Equation
@@ -248,8 +249,7 @@ class OscillatorSimulation:
     ) -> dict[str, FloatArray]:
         """Return what is read of a motion at the samples, by output."""
         if any(mechanism.sensor is not None for mechanism in active):
-            step_s = stimulus.period_s / motion.instants
-            self._read(motion.courses, step_s, motion.drive, motion.every.substeps, active, values)
+            self._read(motion, stimulus, active, values)
         return {
             name: np.ascontiguousarray(course[:, :: motion.instants])
             for name, course in zip(self.outputs, motion.courses, strict=True)
@@ -292,20 +292,17 @@ class OscillatorSimulation:
         return wanted._replace(substeps=instants * math.ceil(wanted.substeps * refine / instants)), instants
 
     def _read(
-        self,
-        courses: list[FloatArray],
-        step_s: float,
-        drive: Driven,
-        substeps: int,
-        active: list[OscillatorMechanism],
-        values: FloatArray,
+        self, motion: _Motion, stimulus: Stimulus, active: list[OscillatorMechanism], values: FloatArray
     ) -> None:
-        """Put what the sensor reads in place of the response, in `courses` (lanes, n) of the outputs; and its slope."""
-        read = self.outputs.index(self.response)
-        responses = courses[read]
+        """Put what the sensor reads in place of the response, in the courses of a motion; and its slope."""
+        read, courses, substeps = self.outputs.index(self.response), motion.courses, motion.every.substeps
+        responses, step_s, kinks = courses[read], stimulus.period_s / motion.instants, None
         slopes = courses[read + 1] if read + 1 < len(courses) else np.gradient(responses, step_s, axis=1)
+        if self.response == "acceleration":
+            steps, after = motion.instants * substeps, "acceleration" in stimulus.after_jumps
+            kinks = kinks_of(motion.drive.nodes, steps, motion.instants, after=after)
         time_s = step_s * np.arange(responses.shape[1], dtype=np.float64)
-        moved = Moved(responses[0], slopes[0], time_s, step_s, drive, substeps, read, {})
+        moved = Moved(responses[0], slopes[0], time_s, step_s, motion.drive, substeps, read, {}, kinks=kinks)
         for lane, own in enumerate(values):
             moved = moved._replace(displacement=responses[lane], velocity=slopes[lane])
             responses[lane], slopes[lane] = self._reading(moved, active, own)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from plant_sim.oscillator.integration.holds import compiled
 from plant_sim.oscillator.integration.linear import lag
+from plant_sim.oscillator.kinks import Pieces, pieces
 from plant_sim.oscillator.mechanism import Moved, OscillatorMechanism, Values, coefficient
 from rtctl.border.arrays import FloatArray
 
@@ -29,21 +30,29 @@ def lagging(moved: Moved, p: Values) -> Moved:
 
 def behind(moved: Moved, time_constant: float) -> FloatArray:
     """Return z (samples,) behind a lag that is settled at first; exact for the cubic through z and its slope."""
-    z, slope = moved.displacement, moved.slope * moved.period_s
+    z = moved.displacement
+    if moved.kinks is None:
+        slope = moved.slope * moved.period_s
+        its = Pieces(z[:-1], slope[:-1], z[1:], slope[1:])
+    else:
+        its = pieces(z, moved.kinks)
     ends = lag(moved.period_s / time_constant, 3).end
     out = np.empty_like(z)
-    _follow(z, slope, 1.0 - ends[0], ends @ HERMITE, out)
+    out[0] = z[0]
+    _follow(*its, 1.0 - ends[0], ends @ HERMITE, out)
     return out
 
 
+# 7 parameters because a kernel takes its arrays one by one
 @compiled
-def _follow(z: Any, slope: Any, decay: float, w: Any, out: Any) -> None:
-    """Set `out` to the lag's output at samples of `z`, from `z[0]` on; `slope` in z a sample."""
-    y = z[0]
-    out[0] = y
-    for i in range(1, len(z)):
-        y = decay * y + ((w[0] * z[i - 1] + w[1] * slope[i - 1]) + (w[2] * z[i] + w[3] * slope[i]))
-        out[i] = y
+def _follow(  # noqa: PLR0913
+    start: Any, start_slope: Any, end: Any, end_slope: Any, decay: float, w: Any, out: Any
+) -> None:
+    """Set `out` (n,) to the lag's output behind n - 1 intervals, from `out[0]` on; slopes per interval."""
+    y = out[0]
+    for i in range(len(start)):
+        y = decay * y + ((w[0] * start[i] + w[1] * start_slope[i]) + (w[2] * end[i] + w[3] * end_slope[i]))
+        out[i + 1] = y
 
 
 MECHANISM = OscillatorMechanism(
