@@ -21,6 +21,9 @@ from typing import Any, NamedTuple
 from foreign_campaign import read_results, run_case, wilson
 
 
+Found = dict[str, Any]
+
+
 class Part(NamedTuple):
     """Cases of one style."""
 
@@ -29,9 +32,10 @@ class Part(NamedTuple):
     first: int
     cases: int
 
-    def seed_range(self) -> str:
-        """First and last seed."""
-        return f"{self.first} to {self.first + self.cases - 1}"
+    def name(self, done: Sequence[Found]) -> str:
+        """The style, with the first and the last seed that is done."""
+        seeds = [case["seed"] for case in done]
+        return f"`{self.style}` {min(seeds)} to {max(seeds)}"
 
 
 PARTS = (
@@ -50,8 +54,6 @@ HEADS = (
     "two effects exactly; in sets of two; one of them", "identify and diagnose, median and worst [s]",
 )  # fmt: skip
 BINS = (0.0, 0.5, 0.8, 0.95, 0.99, 1.0)
-
-Found = dict[str, Any]
 
 
 def order(parts: Sequence[Part] = PARTS) -> Iterator[tuple[Part, int]]:
@@ -93,7 +95,7 @@ def tables(cases: Sequence[Found]) -> str:
     rows: list[list[str]] = []
     for part in PARTS:
         mine = [case for case in cases if case["style"] == part.style]
-        rows += [row(f"`{part.style}` {part.seed_range()}", mine)] if mine else []
+        rows += [row(part.name(mine), mine)] if mine else []
     for kind, name in KINDS.items():
         of_kind = [case for case in cases if kind_of[case["style"]] == kind]
         kept = [case for case in of_kind if case["style"] in KEPT_BACK]
