@@ -20,7 +20,6 @@ from typing import Any, NamedTuple
 
 from foreign_campaign import read_results, run_case, wilson
 
-
 Found = dict[str, Any]
 
 
