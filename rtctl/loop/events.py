@@ -8,11 +8,16 @@ from __future__ import annotations
 import json
 import math
 import os
+import threading
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from rtctl.border.errors import InputError
+
+START = "start"
+LONGEST_WAIT_S = 0.2
+"""Time for which the start of a run waits for a disk."""
 
 
 class Event(NamedTuple):
@@ -27,9 +32,12 @@ class Event(NamedTuple):
 
 
 class Events:
-    """A list of events; each is also handed as a line to `write`, which must not wait."""
+    """A list of events; each is also handed as a line to `write`, which must not wait, but for the start of a run.
 
-    def __init__(self, write: Callable[[bytes], object] = lambda line: None) -> None:
+    Rows are on the disk as soon as they are recorded, and say nothing without where they started.
+    """
+
+    def __init__(self, write: Callable[[bytes, bool], object] = lambda line, wait: None) -> None:
         self._write = write
         self.noted: list[Event] = []
 
@@ -37,11 +45,14 @@ class Events:
         """Note an event before sample `step`."""
         self.noted.append(Event(step, kind, values))
         encoded = {key: _encode(value) for key, value in values.items()}
-        self._write(json.dumps({"step": step, "event": kind, **encoded}).encode() + b"\n")
+        self._write(json.dumps({"step": step, "event": kind, **encoded}).encode() + b"\n", kind == START)
 
 
-def append_to(path: Path, ask: Callable[[Callable[[], None]], object]) -> Callable[[bytes], object]:
-    """Return a `write` for `Events` that appends to a new file at `path`, in the thread that `ask` hands it to."""
+def append_to(path: Path, ask: Callable[[Callable[[], None]], object]) -> Callable[[bytes, bool], None]:
+    """Return a `write` for `Events` that appends to a new file at `path`, in the thread that `ask` hands it to.
+
+    Asked to wait, it does until the line is written, `LONGEST_WAIT_S` at most.
+    """
     path.unlink(missing_ok=True)
 
     def append(line: bytes) -> None:
@@ -51,7 +62,18 @@ def append_to(path: Path, ask: Callable[[Callable[[], None]], object]) -> Callab
         finally:
             os.close(number)
 
-    return lambda line: ask(lambda: append(line))
+    def write(line: bytes, wait: bool) -> None:
+        written = threading.Event()
+
+        def work() -> None:
+            append(line)
+            written.set()
+
+        ask(work)
+        if wait:
+            written.wait(LONGEST_WAIT_S)
+
+    return write
 
 
 def read_events(path: Path) -> Iterator[Event]:

@@ -17,7 +17,7 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import DriverError, Fault, InputError
 from rtctl.border.records import DeviceStatus, Driver, Measurement
 from rtctl.interfaces import Clock, Controller, Estimator, SignalRecorder
-from rtctl.loop.events import Events
+from rtctl.loop.events import START, Events
 from rtctl.loop.live_parameters import MODEL, SETPOINT, STOP, ParameterChannel
 from rtctl.loop.step import Levels, Step, upcoming_setpoints
 from rtctl.loop.successor import hand_on
@@ -114,7 +114,7 @@ class Sampler:
         self.setpoints = plan.setpoints
         self.upcoming = upcoming_setpoints(plan.setpoints, period_s, step.preview_s)
         self._setpoints, self._upcoming = floats(self.setpoints), floats(self.upcoming)
-        parts.events.note(self.first, "start", sensed=reading.sensed, levels=safe)
+        parts.events.note(self.first, START, sensed=reading.sensed, levels=safe)
         self.sent = deque((plan.reading_delay + 1) * [safe], maxlen=plan.reading_delay + 1)
         setpoint = self._setpoints[self.first] if at.setpoint != at.setpoint else at.setpoint
         self.levels = step.start(safe, setpoint, reading.sensed, period_s)

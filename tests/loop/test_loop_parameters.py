@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import threading
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +14,7 @@ from loop_cases import FIRST, SAFE, ScriptedDriver, WrittenEstimator, parts_of
 from rtctl.border.errors import Fault, InputError
 from rtctl.border.records import Measurement
 from rtctl.controllers.pi import NoFeedforward, PiController, PiGains
-from rtctl.loop.events import Events, append_to, read_events
+from rtctl.loop.events import START, Events, append_to, read_events
 from rtctl.loop.live_parameters import ParameterChannel
 from rtctl.loop.supervisor import LoopPlan, run_loop
 
@@ -114,6 +116,24 @@ def test_stop_ends_the_run_at_the_safe_levels_before_all_that_waits(settle: int,
 def test_a_gain_that_is_no_number_is_not_even_offered() -> None:
     with pytest.raises(InputError, match="a finite number is needed"):
         ParameterChannel().offer("controller.kp", math.nan)
+
+
+def test_a_start_is_on_the_disk_before_the_first_row_and_other_events_do_not_wait(tmp_path: Path) -> None:
+    """A run that was killed within its first milliseconds had rows without a start: no replay."""
+    path, threads = tmp_path / "events.jsonl", list[threading.Timer]()
+
+    def later(work: Callable[[], None]) -> None:
+        threads.append(threading.Timer(0.05, work))
+        threads[-1].start()
+
+    events = Events(append_to(path, later))
+    events.note(0, START, sensed=(1.0,), levels=(3.68,))
+    assert [one.kind for one in read_events(path)] == [START]
+    events.note(7, "change", name="setpoint", value=1.0)
+    assert len(list(read_events(path))) == 1
+    for one in threads:
+        one.join()
+    assert len(list(read_events(path))) == 2
 
 
 def test_events_read_back_to_the_bit_and_a_line_cut_off_ends_them(tmp_path: Path) -> None:
