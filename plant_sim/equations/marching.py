@@ -80,16 +80,22 @@ class Marching(NamedTuple):
     """Changes (parameters,) [SI] that no plan notices, besides `SAME_PLAN` of a value."""
     steps_per_period: float | None = None
 
-    def move(self, refine: int, *, between: bool) -> Motion:
+    def move(self, refine: int, *, between: bool, least: int = 1) -> Motion:
         """Return the motion at the samples, or `between` them too.
+
+        Args:
+            refine: Factor of the steps.
+            between: Whether instants between the samples are told.
+            least: Number of instants in a sample period, least, where they are.
 
         Raises:
             ValueError: No sensible step resolves the model.
         """
         x, how = self._at_samples(refine)
-        if not between or how.substeps == 1:
+        if not between or how.substeps == least == 1:
             return Motion(x, how.substeps)
-        instants = next(k for k in range(MOST_BETWEEN, 0, -1) if how.substeps % k == 0)
+        instants = next((k for k in range(MOST_BETWEEN, least - 1, -1) if how.substeps % k == 0), least)
+        how = how._replace(substeps=instants * -(-how.substeps // instants))
         return Motion(self._run(how, instants), how.substeps, instants)
 
     def resolve(self) -> Plan:

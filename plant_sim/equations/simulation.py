@@ -18,7 +18,8 @@ from plant_sim.equations.mechanisms.words import output_reference
 from plant_sim.equations.mechanisms.workbench import Workbench, workbench
 from plant_sim.equations.mechanisms.writing import with_written_terms
 from plant_sim.equations.readout import read_outputs
-from plant_sim.equations.system import System
+from plant_sim.equations.system import System, directly_driven
+from plant_sim.oscillator.kinks import LEAST, kinks_of
 from rtctl.border.arrays import FloatArray, IntArray
 from rtctl.border.equations.file import EquationsFile
 from rtctl.border.errors import nearest
@@ -236,7 +237,9 @@ class _Run:
         for late_s in dict.fromkeys((0.0, *late.values())):
             nodes = cache(inputs._replace(late_s=late_s).nodes)
             marching = Marching(system, self.stimulus, nodes, start, p, sizes, self.steps_per_period)
-            motion = marching.move(self.refine, between=any(m.law and m.law.looks_between for m in sensing))
+            looking = {one.signal for one in sensing if one.law and one.law.looks_between}
+            least = LEAST if looking & directly_driven(system) else 1
+            motion = marching.move(self.refine, between=bool(looking), least=least)
             last = dict[str, FloatArray]()
             if self.stimulus.after_jumps and inputs.jump:
                 after = inputs._replace(late_s=late_s).after_the_last(motion.substeps)
@@ -256,10 +259,15 @@ class _Run:
             system, motion, nodes, p, step_s, own.output_factors, len(own.system.states), after_jumps
         )
         for name in {mechanism.signal for mechanism in sensing}:
+            kinks = None
+            if name in directly_driven(system) and motion.between >= LEAST:
+                kinks = kinks_of(
+                    nodes[0], nodes[2], motion.substeps, motion.between, after=name in after_jumps
+                )
             for lane, values in enumerate(by_lane):
                 acting = [values_of(one, values) for one in sensing if one.signal == name]
                 found[name][lane] = read(
-                    found[name][lane], step_s, acting, self._reference(name), nodes[:, :, 0].T
+                    found[name][lane], step_s, acting, self._reference(name), nodes[:, :, 0].T, kinks
                 )
         return {name: np.ascontiguousarray(course[:, :: motion.between]) for name, course in found.items()}
 

@@ -119,6 +119,12 @@ class System:
                 wanted |= set(names_in(self.terms[name]))
         return {name: tree for name, tree in self.terms.items() if name in wanted}
 
+    def direct(self, output: Output) -> tuple[str, ...]:
+        """Return the inputs in an output's expression and the terms in it."""
+        terms = self.needed_terms((output.value,))
+        named = {name for tree in (output.value, *terms.values()) for name in names_in(tree)}
+        return tuple(one.name for one in self.inputs if one.name in named)
+
 
 @lru_cache(maxsize=256)
 def terms_of_rates(system: System) -> dict[str, Tree]:
@@ -136,6 +142,12 @@ def terms_of_events(system: System) -> dict[str, Tree]:
 def terms_of_outputs(system: System) -> dict[str, Tree]:
     """Return the terms on which the outputs depend, each after those that it needs."""
     return system.needed_terms(tuple(one.value for one in system.outputs))
+
+
+@lru_cache(maxsize=256)
+def directly_driven(system: System) -> frozenset[str]:
+    """Return the outputs that have an input in them: they bend and jump where it does."""
+    return frozenset(one.name for one in system.outputs if system.direct(one))
 
 
 def ordered(terms: Mapping[str, Tree]) -> dict[str, Tree]:

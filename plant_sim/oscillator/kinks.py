@@ -1,7 +1,8 @@
 """What a response does within each sample period, where its drive bends or jumps at the samples.
 
-An acceleration does as its drive does. A filter behind it needs its values and slopes on either side of a sample: a
-central difference across a kink, or a line across a jump, was an error of a twelfth to a third of a short lag.
+An acceleration does as its drive does, and so does an output of equations with an input in it. A filter behind it needs
+its values and slopes on either side of a sample: with a central difference across a kink, or a line across a jump, a
+short lag was off by 2 to 38 % of its effect.
 """
 
 from __future__ import annotations
@@ -14,22 +15,32 @@ from rtctl.border.arrays import FloatArray
 
 CUBIC = np.array([4.0, -6.0, 4.0, -1.0])
 """Weights of four equidistant values, the nearest first, of the cubic through them one step beyond."""
+LEAST = len(CUBIC)
+"""Instants in a sample period, least, that tell what a response does in it."""
 
 
 class Kinks(NamedTuple):
     """Where a response has kinks."""
 
     every: int
-    """Instants from one to the next, 4 at least."""
+    """Instants from one to the next, `LEAST` at least."""
     jumps: bool
     """Whether its value may jump there, too."""
     after: bool
     """Whether the value there is that after the jump."""
 
 
-def kinks_of(nodes: FloatArray, steps: int, every: int, *, after: bool) -> Kinks:
-    """Return the kinks of an acceleration under a drive (all steps, 3); `steps` and `every` instants in a sample."""
-    jumps = bool((nodes[steps - 1 : -1 : steps, 2] != nodes[steps::steps, 0]).any())
+def kinks_of(begins: FloatArray, ends: FloatArray, steps: int, every: int, *, after: bool) -> Kinks:
+    """Return the kinks under a drive that begins and ends each step so (all steps, ...).
+
+    Args:
+        begins: Drive at the start of each step.
+        ends: Drive at its end.
+        steps: Steps in a sample period.
+        every: Instants in a sample period.
+        after: Whether the response at a sample is that after a jump.
+    """
+    jumps = bool((ends[steps - 1 : -1 : steps] != begins[steps::steps]).any())
     return Kinks(every, jumps, after)
 
 

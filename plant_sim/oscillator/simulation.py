@@ -15,7 +15,7 @@ from plant_sim.oscillator.forces_of_mechanisms.along_motions import STEPS, mean_
 from plant_sim.oscillator.forces_of_mechanisms.departures import Departure, acts_as_a_force
 from plant_sim.oscillator.integration.node_cache import cached
 from plant_sim.oscillator.integration.steps import Plan, check_work
-from plant_sim.oscillator.kinks import kinks_of
+from plant_sim.oscillator.kinks import LEAST, kinks_of
 from plant_sim.oscillator.mechanism import Driven, Moved, OscillatorMechanism, Sampled, Values, in_units
 from plant_sim.oscillator.mechanisms import MECHANISMS
 from plant_sim.oscillator.motion import Equation
@@ -29,8 +29,6 @@ STEPS_OF_A_READING = 1.0
 ABSURD = 1e100
 """Displacement that only a model without bound reaches, in any unit."""
 MOST_REFINEMENTS = 4
-LEAST_INSTANTS = 4
-"""Instants in a sample period of which a sensor of the acceleration is told, which a held drive lets jump."""
 INSTANTS = 24.0
 """In a period of the fastest motion, of which a sensor is told that looks between samples: a cubic from one to the next
 is off by (2 pi / 24)^4 / 384, 98 dB down."""
@@ -285,7 +283,7 @@ class OscillatorSimulation:
             swing=swing,
         )
         sensed = any(mechanism.sensor is not None for mechanism in active)
-        instants = LEAST_INSTANTS if sensed and "acceleration" in self.outputs else 1
+        instants = LEAST if sensed and "acceleration" in self.outputs else 1
         if instants > 1 or any(mechanism.looks_between for mechanism in active):
             rate, _ = equation.rates(reach, largest, duration_s, swing)
             instants = max(instants, math.ceil(INSTANTS * rate * stimulus.period_s / (2.0 * math.pi)))
@@ -300,7 +298,8 @@ class OscillatorSimulation:
         slopes = courses[read + 1] if read + 1 < len(courses) else np.gradient(responses, step_s, axis=1)
         if self.response == "acceleration":
             steps, after = motion.instants * substeps, "acceleration" in stimulus.after_jumps
-            kinks = kinks_of(motion.drive.nodes, steps, motion.instants, after=after)
+            begins, ends = motion.drive.nodes[:, 0], motion.drive.nodes[:, 2]
+            kinks = kinks_of(begins, ends, steps, motion.instants, after=after)
         time_s = step_s * np.arange(responses.shape[1], dtype=np.float64)
         moved = Moved(responses[0], slopes[0], time_s, step_s, motion.drive, substeps, read, {}, kinks=kinks)
         for lane, own in enumerate(values):

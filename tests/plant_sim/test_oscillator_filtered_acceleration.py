@@ -74,5 +74,6 @@ def test_a_short_lag_of_an_accelerometer_is_exact(hold: str, after: bool) -> Non
 def test_a_jump_within_a_sample_is_none_at_it() -> None:
     """A held drive that is half a sample late jumps between samples, where nothing is taken for a jump."""
     at_samples = np.repeat(np.arange(6.0), 4)[:, None] * np.ones(3)
-    assert kinks_of(at_samples, 4, 4, after=False).jumps
-    assert not kinks_of(np.roll(at_samples, 2, axis=0), 4, 4, after=False).jumps
+    late = np.roll(at_samples, 2, axis=0)
+    assert kinks_of(at_samples[:, 0], at_samples[:, 2], 4, 4, after=False).jumps
+    assert not kinks_of(late[:, 0], late[:, 2], 4, 4, after=False).jumps

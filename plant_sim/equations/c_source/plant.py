@@ -12,7 +12,7 @@ from plant_sim.equations.c_source.planning import steps_for
 from plant_sim.equations.c_source.signals import REASONS, Signals
 from plant_sim.equations.exported.extended import Outside, parted_system
 from plant_sim.equations.integration.steps import Plan
-from plant_sim.equations.language.tree import Tree, names_in, written
+from plant_sim.equations.language.tree import written
 from plant_sim.equations.mechanisms.courses import Acting
 from plant_sim.equations.system import System
 from rtctl.border.equations.file import EquationsFile
@@ -59,7 +59,7 @@ def equations_plant(model: EquationsFile, source: str, request: CRequest) -> CPl
         longest_step_s=step_s / how.substeps,
         method="linearly implicit Euler, extrapolated to order 4" if how.implicit else "Runge-Kutta of order 4",
         source="\n".join(_source(system, how, signals)),
-        direct=tuple(_direct(system, one.value) for one in system.outputs),
+        direct=tuple(system.direct(one) for one in system.outputs),
         mechanisms=tuple(one.id for one in model.model.mechanisms),
     )  # fmt: skip
 
@@ -71,13 +71,6 @@ def _check(outside: tuple[Outside, ...], source: str) -> None:
     ]
     if lines:
         raise InputError("\n".join(lines))
-
-
-def _direct(system: System, value: Tree) -> tuple[str, ...]:
-    """Return the inputs in an output's expression and the terms in it."""
-    terms = system.needed_terms((value,))
-    named = {name for tree in (value, *terms.values()) for name in names_in(tree)}
-    return tuple(one.name for one in system.inputs if one.name in named)
 
 
 def _source(system: System, how: Plan, signals: Signals) -> Iterator[str]:

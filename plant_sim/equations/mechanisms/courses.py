@@ -11,6 +11,7 @@ from plant_sim.equations.integration.inputs import input_nodes
 from plant_sim.equations.mechanisms.mechanism import EquationsMechanism
 from plant_sim.equations.system import System
 from plant_sim.oscillator.integration.node_cache import cached
+from plant_sim.oscillator.kinks import Kinks
 from plant_sim.oscillator.mechanism import Driven, Moved, Sampled, Values
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Stimulus
@@ -92,9 +93,11 @@ def _linear(samples: FloatArray, substeps: int) -> FloatArray:
     return np.stack((fine[:-1:2], fine[1::2], fine[2::2]))
 
 
-def read(
-    course: FloatArray, step_s: float, acting: Sequence[Acting], reference: float, nodes: FloatArray
-) -> FloatArray:
+# 6 parameters because a reading has a course, its kinks, and an instrument of two
+def read(  # noqa: PLR0913
+    course: FloatArray, step_s: float, acting: Sequence[Acting], reference: float, nodes: FloatArray,
+    kinks: Kinks | None = None,
+) -> FloatArray:  # fmt: skip
     """Return what an instrument reads of a course (n,), in its unit.
 
     Args:
@@ -103,9 +106,11 @@ def read(
         acting: Mechanisms of this output, with values.
         reference: Value from which saturations count.
         nodes: Unused input of the laws, which those of a drive read.
+        kinks: Where the course has kinks, as its inputs have; None: nowhere.
     """
     time_s = step_s * np.arange(len(course), dtype=np.float64)
-    moved = Moved(course - reference, np.gradient(course, step_s), time_s, step_s, Driven(nodes, step_s), 1)
+    slope = np.gradient(course, step_s)
+    moved = Moved(course - reference, slope, time_s, step_s, Driven(nodes, step_s), 1, kinks=kinks)
     with np.errstate(invalid="ignore", over="ignore"):
         for one in sorted(acting, key=lambda one: one.mechanism.law.stage if one.mechanism.law else 0):
             if one.mechanism.law and one.mechanism.law.sensor is not None:
