@@ -169,7 +169,7 @@ def changed(args: argparse.Namespace) -> None:
 
 
 def retuned(args: argparse.Namespace) -> None:
-    """Each policy on the same run: a device that changes once."""
+    """Each policy on the same run: a device that changes once, or twice (`--then`)."""
     rows = []
     names, late = list(RETUNED), "" if args.at == 12.0 else f"-{args.at:g}s"
     late += f"-then-{args.then}" if args.then else ""

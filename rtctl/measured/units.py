@@ -10,8 +10,6 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.units.quantities import unit_registry
 from rtctl.border.units.unit_text import parsed_unit
 
-STANDARD_GRAVITY = 9.80665
-"""[m/s^2]."""
 ROUNDING = 1e-9
 """Relative difference of two units below which they are one."""
 
@@ -63,11 +61,13 @@ def _about_weights(unit: str) -> str:
     """Return what a unit of mass may mean, as a weight and as a part of standard gravity; "": it is of none."""
     if parsed_unit(unit).dimensionality != parsed_unit("g").dimensionality:
         return ""
-    kilograms = float(unit_registry().Quantity(1.0, parsed_unit(unit)).to("kg").magnitude)
-    text = f". As a weight it is a force: rtctl init --scale 'SIGNAL={STANDARD_GRAVITY * kilograms:.9g} N/{unit}'"
+    registry = unit_registry()
+    weight = float(
+        (registry.Quantity(1.0, parsed_unit(unit)) * registry.Quantity(1.0, "g_0")).to("N").magnitude
+    )
+    text = f". As a weight it is a force: rtctl init --scale 'SIGNAL={weight:.9g} N/{unit}'"
     if unit.endswith("g") and unit != "kg":
-        gravities = 1e3 * kilograms * STANDARD_GRAVITY
-        text += f"; as standard gravity an acceleration: --scale 'SIGNAL={gravities:.9g} m/s^2/{unit}'"
+        text += f"; as standard gravity an acceleration: --scale 'SIGNAL={1e3 * weight:.9g} m/s^2/{unit}'"
     return text
 
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import DriverError, InputError
-from rtctl.loop.events import Event, read_events
+from rtctl.loop.events import START, Event, read_events
 from rtctl.loop.live_parameters import MODEL as MODEL_CHANGE
 from rtctl.loop.live_parameters import SETPOINT
 from rtctl.loop.step import Levels, Step, upcoming_setpoints
@@ -146,7 +146,7 @@ def _rows(run: Recorded, step: Step, setpoints: FloatArray) -> Iterable[tuple[fl
     for row, index in enumerate(signals["index"].astype(np.int64).tolist()):
         while events and events[0].step <= index:
             event = events.pop(0)
-            if event.kind == "start":
+            if event.kind == START:
                 applied = tuple(event.values["levels"])
                 sent.extend((delay + 1) * [applied])
                 first_setpoint = plan[event.step] if chosen is None else chosen
@@ -195,7 +195,7 @@ def _succeeding(run: Recorded, event: Event, setpoints: FloatArray, levels: Leve
     index = run.signals["index"]
     within = slice(int(np.searchsorted(index, since)), int(np.searchsorted(index, event.step)))
     rows = past_rows({name: column[within] for name, column in run.signals.items()}, scenario)
-    start = [one for one in run.events if one.kind == "start" and one.step <= since][-1]
+    start = [one for one in run.events if one.kind == START and one.step <= since][-1]
     started(successor, since, start.values, start.step, rows)
     successor.follow(rows)
     successor.take_over(levels)

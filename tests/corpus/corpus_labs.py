@@ -53,7 +53,7 @@ TIMES = (
     Situation("nanoseconds since power-up", text("t,u [V],x [mm]\n" + table(NANOSECONDS, U, X, form="{:.15g}")), refused(*SINCE_POWER_UP)),
     Situation("microseconds since power-up, said", text("t,u [V],x [mm]\n" + table(MICROSECONDS, U, X, form="{:.12g}")), RIGHT, {"time": "t:us"}),
     Situation("rows that a counter misses", text(counted(*range(300, 340))), Right(remark='"sample" counts the rows and misses 40, first before row 300', rows=560, fewest=560, lost=np.delete(K, np.arange(300, 340)))),
-    Situation("LabVIEW's increment of 1 s beside a time", tdms({"wf_increment": 1.0}, t=T, u=U, x=X), Right(remark="as LabVIEW writes where nobody set it"), {"inputs": "u:V", "outputs": {"displacement": "x:mm"}, "time": "t:s"}),
+    Situation("LabVIEW's increment of 1 s beside a time", tdms({"wf_increment": 1.0}, t=T, u=U, x=X), Right(remark="as programs do where nobody set it"), {"inputs": "u:V", "outputs": {"displacement": "x:mm"}, "time": "t:s"}),
 )  # fmt: skip
 RATES = (
     Situation("PicoScope's Tinterval", mat(Tinterval=1e-3, A=U, B=X), Right(remark="1000 Hz"), {"inputs": "A:V", "outputs": {"displacement": "B:mm"}}),

@@ -42,8 +42,8 @@ class StatedPeriod(NamedTuple):
 
     @property
     def is_default(self) -> bool:
-        """Return whether LabVIEW writes it where nobody has set one."""
-        return self.key == "wf_increment" and self.period_s == 1.0
+        """Return whether programs write it where nobody has set one: 1 s, in a field that the format has for it."""
+        return self.period_s == 1.0 and not self.key.startswith("by ")
 
     def agrees(self, sample_rate_hz: float) -> bool:
         """Return whether a file of that rate may state this period."""
@@ -117,7 +117,7 @@ def check_stated_period(
         )
     if stated.is_default:
         return (
-            f"the file states {stated.source}, as LabVIEW writes where nobody set it: {other or 'the manifest'} gives "
+            f"the file states {stated.source}, as programs do where nobody set it: {other or 'the manifest'} gives "
             f"{rate} Hz, which is taken"
         )
     if stated.is_beside:

@@ -13,7 +13,7 @@ from rtctl.border.errors import InputError
 from rtctl.doubt.belief import Belief, Rows
 from rtctl.doubt.watch import Finding, Watch
 from rtctl.evaluation.metrics import write_json
-from rtctl.loop.events import Event
+from rtctl.loop.events import START, Event
 from rtctl.recording.tail import MOST_ROWS
 from rtctl.registry import plant_kind
 from rtctl.scenario.schema import Scenario
@@ -78,7 +78,7 @@ class FedWatch:
 
     def know(self, events: Iterator[Event]) -> None:
         """Take note of the starts of the run."""
-        self._starts = [event for event in events if event.kind == "start"]
+        self._starts = [event for event in events if event.kind == START]
 
     def feed(self, table: Mapping[str, FloatArray]) -> Iterator[Finding]:
         """Take a part of the recording; yield what there is to say."""

@@ -25,7 +25,7 @@ from rtctl.hysteresis.film_memory import (
 )
 from rtctl.interfaces import Controller, Estimator
 from rtctl.loop.compiled.step import compiled_step
-from rtctl.loop.events import read_events
+from rtctl.loop.events import START, read_events
 from rtctl.loop.step import Levels, ReadableStep, Step
 from rtctl.loop.successor import Past, PastRows, Predecessor, Successor
 from rtctl.plant_control.lookup import support_of
@@ -204,7 +204,7 @@ class Successors:
     def _catch_up(self, successor: Successor, most: int) -> None:
         """Follow the recording until few rows are left."""
         tail = Tail(self._folder / SIGNALS)
-        newest = [event for event in read_events(self._folder / EVENTS) if event.kind == "start"]
+        newest = [event for event in read_events(self._folder / EVENTS) if event.kind == START]
         whole = tail.look()
         if not newest or whole == 0:
             raise InputError(f"{self._folder}: the run has not begun yet")

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
 from rtctl.export.c.laws.law import Law, aligned_dtype, nth
+from rtctl.loop.events import START
 from rtctl.loop.live_parameters import MODEL, SETPOINT
 from rtctl.loop.step import upcoming_setpoints
 from rtctl.scenario.schema import Scenario
@@ -48,7 +49,7 @@ def inputs_of(
     for k, at in enumerate(index.tolist()):
         while events and events[0].step <= at:
             event = events.pop(0)
-            if event.kind == "start":
+            if event.kind == START:
                 first = setpoints[event.step] if chosen != chosen else chosen
                 before_us = (int(time_us[k]) - period_us) & UINT32
                 rows.append((*event.values["sensed"], first, first, 0, int(status[k]),

@@ -35,8 +35,6 @@ _TRIED = ("s", "ms", "us", "ns", "min", "h", "d")
 """Units of a time column of which nobody states one."""
 OUT_OF_ORDER = 0.1
 """Share of the steps that go back, up to which a column of times is one whose rows are out of order."""
-_DEFAULT_PERIODS = (1.0,)
-"""Periods [s] that programs write where nobody set one."""
 
 
 Homes = frozenset[tuple[str, ...]]
@@ -302,7 +300,7 @@ def _of_files(surveys: Sequence[Survey]) -> Time:
             stated_hz=1.0 / period_s,
             why=f"the file states {in_hz(1.0 / period_s)} Hz ({StatedPeriod(period_s, key).source})",
         )
-        if period_s in _DEFAULT_PERIODS:
+        if StatedPeriod(period_s, key).is_default:
             return Time(
                 guess, unsure=(f"rate: the file states {key} = 1 s, as programs do where nobody set it",)
             )

@@ -41,7 +41,8 @@ def check_stated(survey: Survey, rate_hz: float, option: str) -> None:
     ]
     if not stated and lines.period_s is not None:
         stated = [StatedPeriod(lines.period_s, f"by {lines.source}", lines.rounding, is_of_device=True)]
-    if stated and not any(one.agrees(rate_hz) or one.is_default for one in stated):
+    stated = [one for one in stated if not one.is_default]
+    if stated and not any(one.agrees(rate_hz) for one in stated):
         raise InputError(
             f"{option}: {survey.path} states {in_hz(1.0 / stated[0].period_s)} Hz "
             f"({stated[0].source}); correct one, the option or the file"
