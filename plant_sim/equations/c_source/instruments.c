@@ -1,30 +1,30 @@
 #define TURN 6.283185307179586
 
-/* A reading behind a lag: what is behind it, the two values before, and the time between these two. */
+/* A reading over a step: value and slope at its start and at its end, each as the input is there. */
 typedef struct {
-    double behind, last, before, gap;
-} filter;
+    double from, from_slope, to, to_slope;
+} course;
 
-/* What is behind a lag of a rate [1/s] after an interval, 0 at the start, where it is `first`. Slopes are those of the
-   parabola through the last three values. */
-static inline double behind(filter *f, double rate, double interval, double z, double first)
+/* What is behind a lag of a rate [1/s] after an interval; 0 is the start, where it is `first`. */
+static inline double behind(double *own, double rate, double interval, const course *c, double first)
 {
-    if (interval > 0.0) {
-        const double rise = (z - f->last) / interval;
-        double slopes[2] = {rise, rise};
-        if (f->gap > 0.0) {
-            const double bend = (rise - (f->last - f->before) / f->gap) / (interval + f->gap);
-            slopes[0] = rise - bend * interval;
-            slopes[1] = rise + bend * interval;
-        }
-        const double from[2] = {f->last, slopes[0]};
-        f->behind = follow(f->behind, interval * rate, interval, from, z, slopes[1]);
-        f->before = f->last;
-    } else {
-        f->behind = first;
-    }
-    f->gap = interval;
-    f->last = z;
-    return f->behind;
+    const double before[2] = {c->from, c->from_slope};
+    *own = interval > 0.0 ? follow(*own, interval * rate, interval, before, c->to, c->to_slope) : first;
+    return *own;
 }
 
+static inline void through_filter(double *own, double rate, double interval, course *c)
+{
+    const double before = *own, now = behind(own, rate, interval, c, c->to);
+    *c = (course){before, rate * (c->from - before), now, rate * (c->to - now)};
+}
+
+/* Of a high-pass what is behind the lag is left out. */
+static inline void past_filter(double *own, double rate, double interval, course *c)
+{
+    const double before = *own, now = behind(own, rate, interval, c, 0.0);
+    c->from_slope -= rate * (c->from - before);
+    c->to_slope -= rate * (c->to - now);
+    c->from -= before;
+    c->to -= now;
+}

@@ -5,6 +5,9 @@
 #define SIDES EVENTS
 #endif
 
+/* Of a step, along which slopes are taken: of outputs linear in states and inputs they are exact with any. */
+#define NUDGE 0x1p-13
+
 #ifdef SIGNALS
 typedef char signals_fit[(STATES + SIDES) * sizeof(double) + sizeof(signals) <= sizeof(((plant *)0)->memory) ? 1 : -1];
 #endif
@@ -33,11 +36,26 @@ static const char *si_inputs(plant *m, double passed, double h, double (*u)[INPU
 }
 
 /* Outputs in their units under the inputs in SI units. */
-static void own_outputs(const plant *m, const double *u, double t, const double *p, double *y)
+static void own_outputs(const double *x, const double *u, double t, const double *p, double *y)
 {
-    outputs(m->memory, u, t, p, y);
+    outputs(x, u, t, p, y);
     for (int k = 0; k < PLANT_OUTPUTS; k++) y[k] /= output_factors[k];
 }
+
+#ifdef FILTERS
+/* Outputs in their units under inputs in SI units, and their slopes, by a nudge [s] along the motion. */
+static void output_course(
+    const plant *m, const double *u, const double *later, double nudge, double t, const double *p,
+    double (*y)[PLANT_OUTPUTS])
+{
+    double rate[STATES], moved[STATES];
+    own_outputs(m->memory, u, t, p, y[0]);
+    limited_rates(m->memory, u, t, p, rate);
+    for (int r = 0; r < STATES; r++) moved[r] = m->memory[r] + nudge * rate[r];
+    own_outputs(moved, later, t + nudge, p, y[1]);
+    for (int k = 0; k < PLANT_OUTPUTS; k++) y[1][k] = (y[1][k] - y[0][k]) / nudge;
+}
+#endif
 
 const char *plant_start(plant *m)
 {
@@ -54,9 +72,9 @@ const char *plant_start(plant *m)
     guards(m->memory, u[0], 0.0, p, m->memory + STATES);
     for (int e = 0; e < EVENTS; e++) m->memory[STATES + e] = sign_of(m->memory[STATES + e]);
 #endif
-#ifdef SIGNALS
-    double y[PLANT_OUTPUTS];
-    own_outputs(m, u[0], 0.0, p, y);
+#ifdef FILTERS
+    double y[4][PLANT_OUTPUTS] = {{0.0}};
+    own_outputs(m->memory, u[0], 0.0, p, y[2]);
     instruments_between((signals *)(m->memory + STATES + SIDES), m->parameter, 0.0, y);
 #endif
     return plant_read(m);
@@ -81,14 +99,23 @@ const char *plant_advance(plant *m, double h)
         s.t = m->time + i * s.h;
         const char *wrong = si_inputs(m, i * s.h, s.h, s.u);
         if (wrong) return wrong;
+#ifdef FILTERS
+        const double nudge = NUDGE * s.h;
+        double y[4][PLANT_OUTPUTS], after[INPUTS], before[INPUTS];
+        for (int k = 0; k < INPUTS; k++) {
+            const double change = NUDGE * (s.u[2][k] - s.u[0][k]);
+            after[k] = s.u[0][k] + change;
+            before[k] = s.u[2][k] - change;
+        }
+        output_course(m, s.u[0], after, nudge, s.t, p, y);
+#endif
 #ifdef EVENTS
         if (!carry_on(m, x, &s)) return "events follow each other without end within one step";
 #else
         one_step(x, &s);
 #endif
-#ifdef SIGNALS
-        double y[PLANT_OUTPUTS];
-        own_outputs(m, s.u[2], s.t + s.h, p, y);
+#ifdef FILTERS
+        output_course(m, s.u[2], before, -nudge, s.t + s.h, p, y + 2);
         instruments_between(of_signals, m->parameter, s.h, y);
 #endif
     }
@@ -109,7 +136,7 @@ const char *plant_read(plant *m)
     const signals *of_signals = (const signals *)(m->memory + STATES + SIDES);
     inputs_behind(of_signals, m->parameter, m->level, m->time, u);
 #endif
-    own_outputs(m, u, m->time, p, y);
+    own_outputs(m->memory, u, m->time, p, y);
 #ifdef SIGNALS
     outputs_behind(of_signals, y);
     instruments(m->parameter, m->time, y);

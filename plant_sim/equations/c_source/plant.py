@@ -88,7 +88,8 @@ def _source(system: System, how: Plan, signals: Signals) -> Iterator[str]:
     if system.events:
         yield f"#define EVENTS {len(system.events)}"
         yield numbers("directions", (one.direction for one in system.events))
-    yield laws(system, limited=how.implicit or bool(system.events), plain=not how.implicit)
+    limited = how.implicit or bool(system.events) or signals.filters > 0
+    yield laws(system, limited=limited, plain=not how.implicit)
     parts = ["step.c"]
     if how.implicit or system.events:
         parts.append("share.c")

@@ -40,8 +40,8 @@ NOW_LAWS = {
 }
 """The same of an input as it is set now; what is delayed or lags is as it was at the end of the last step."""
 REMEMBERING = {
-    "highpass": "y -= behind(&s->{own}, {rate}, interval, y, 0.0);",
-    "lag": "y = behind(&s->{own}, 1.0 / {time_constant}, interval, y, y);",
+    "highpass": "past_filter(&s->{own}, {rate}, interval, &c);",
+    "lag": "through_filter(&s->{own}, 1.0 / {time_constant}, interval, &c);",
 }
 """Instruments that remember; they come before the others."""
 INSTRUMENTS = {
@@ -50,8 +50,6 @@ INSTRUMENTS = {
     "hum": "y += {cosine} * cos(TURN * {frequency} * t) + {sine} * sin(TURN * {frequency} * t);",
     "drift": "y += {rate} * drifted(t, {settling_time});",
 }
-FILTER = 4
-"""Numbers of a `filter` of instruments.c."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,8 +83,12 @@ class Signals:
             return 0
         sizes = {"delay": line_size(self.kept), "lag": 1, "backlash": 1}
         inputs = sum(sizes.get(one.law, 0) for one in self.outside if one.is_input)
-        filters = sum(FILTER for one in self.outside if not one.is_input and one.law in REMEMBERING)
-        return 1 + max(len(self.system.inputs), 1) + len(self.system.outputs) + inputs + filters
+        return 1 + max(len(self.system.inputs), 1) + len(self.system.outputs) + inputs + self.filters
+
+    @property
+    def filters(self) -> int:
+        """Instruments that remember."""
+        return sum(not one.is_input and one.law in REMEMBERING for one in self.outside)
 
     def source(self) -> Iterator[str]:
         """Yield the source; nothing where no mechanism acts."""
@@ -98,6 +100,8 @@ class Signals:
         if any(one.law == "delay" for one in self.outside):
             yield (SHARED / "delay.c").read_text(encoding="utf-8")
         yield (FOLDER / "instruments.c").read_text(encoding="utf-8")
+        if self.filters:
+            yield "#define FILTERS"
         yield "\n".join(self._record())
         yield self._function(
             "static const char *input_paths(signals *s, const double *value, double t, double h, "
@@ -105,8 +109,9 @@ class Signals:
             self._inputs(), "    s->begun = h > 0.0 ? 1.0 : s->begun;\n    return 0;",
         )  # fmt: skip
         yield self._function(
-            "static void instruments_between(signals *s, const double *value, double interval, double *all)",
-            self._outputs(REMEMBERING), "    memcpy(s->behind, all, sizeof s->behind);",
+            "static void instruments_between(signals *s, const double *value, double interval, "
+            "double (*all)[PLANT_OUTPUTS])",
+            self._filtered(), "",
         )  # fmt: skip
         yield self._function("static void remember_inputs(signals *s, const plant *m)", self._pushed(), "")
         yield self._function(
@@ -120,7 +125,7 @@ class Signals:
         )
         yield self._function(
             "static void instruments(const double *value, double t, double *all)",
-            self._outputs(INSTRUMENTS),
+            self._outputs(),
             "",
         )
 
@@ -131,7 +136,7 @@ class Signals:
         yield "    double behind[PLANT_OUTPUTS]; /* behind the instruments that remember */"
         for one in self.outside:
             kinds = {"delay": "line", "lag": "double", "backlash": "double"}
-            kind = kinds.get(one.law) if one.is_input else "filter" if one.law in REMEMBERING else None
+            kind = kinds.get(one.law) if one.is_input else "double" if one.law in REMEMBERING else None
             if kind is not None:
                 yield f"    {kind} {one.c_name}; /* {one.id} */"
         yield "} signals;\n"
@@ -147,17 +152,33 @@ class Signals:
         if self.system.inputs:
             yield "    memcpy(s->input, u[2], sizeof s->input);"
 
-    def _outputs(self, laws: Mapping[str, str]) -> Iterator[str]:
+    def _filtered(self) -> Iterator[str]:
+        """Yield what takes the course of each output over a step through its instruments that remember."""
+        for k, name, own in self._of_outputs(REMEMBERING):
+            reference = number(own[0].reference)
+            yield f"    {{ /* {name} */"
+            yield f"        course c = {{all[0][{k}] - {reference}, all[1][{k}],"
+            yield f"            all[2][{k}] - {reference}, all[3][{k}]}};"
+            yield from self._statements(own, REMEMBERING)
+            yield f"        s->behind[{k}] = c.to + {reference};\n    }}"
+
+    def _outputs(self) -> Iterator[str]:
+        """Yield what the other instruments make of each output."""
+        for k, name, own in self._of_outputs(INSTRUMENTS):
+            yield f"    {{ /* {name} */"
+            yield f"        double y = all[{k}] - {number(own[0].reference)};"
+            yield from self._statements(own, INSTRUMENTS)
+            yield f"        all[{k}] = y + {number(own[0].reference)};\n    }}"
+
+    def _of_outputs(self, laws: Mapping[str, str]) -> Iterator[tuple[int, str, list[Outside]]]:
+        """Yield place and name of each output with its mechanisms of these laws, if it has any."""
         for k, output in enumerate(self.system.outputs):
             own = [
                 one for one in self.outside
                 if not one.is_input and one.signal == output.name and one.law in laws
             ]  # fmt: skip
             if own:
-                yield f"    {{ /* {output.name} */"
-                yield f"        double y = all[{k}] - {number(own[0].reference)};"
-                yield from self._statements(own, laws)
-                yield f"        all[{k}] = y + {number(own[0].reference)};\n    }}"
+                yield k, output.name, own
 
     def _pushed(self) -> Iterator[str]:
         """Yield what notes the communication step of delayed inputs."""
