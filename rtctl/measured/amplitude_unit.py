@@ -47,6 +47,10 @@ _DECIBEL_AT_END = re.compile(
 """Decibels at the end of a name without brackets: `Mag dB re 1 um`, `gain_dB`, `mag_db`; `u_db` may be a dead band."""
 
 
+_LOGARITHM = re.compile(r"(?:^|[^A-Za-z])(?:log_?10|log2|(?:log|ln|lg)(?=[(|]))(?![A-Za-z])", re.IGNORECASE)
+"""A logarithm in a name: `log10 R`, `ln(R)`, `20*log10|H|`; `log.u` and `log_u` are what a logger wrote."""
+
+
 class AmplitudeUnit(NamedTuple):
     """What one number of a column of amplitudes means."""
 
@@ -93,6 +97,11 @@ def level_at_end(name: str) -> str | None:
     """Return the decibels that a column's name ends with, without brackets; None: it has none."""
     found = _DECIBEL_AT_END.search(name.strip())
     return None if found is None else (found["level"] or found["lower"]).strip()
+
+
+def is_named_logarithm(name: str) -> bool:
+    """Return whether a column's name says that its numbers are a logarithm: `log10(R)`, `ln(R)`."""
+    return _LOGARITHM.search(name) is not None
 
 
 def convention_in_name(name: str) -> Convention:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import h5py
 import numpy as np
 from corpus_binary import made, mat, tdms
-from corpus_case import RIGHT, ROWS, A, Right, Situation, T, U, X, refused, table, text
+from corpus_case import MANIFEST, RIGHT, ROWS, A, Right, Situation, T, U, X, refused, table, text
 
 K = np.arange(ROWS)
+LOGARITHM = "by its name a logarithm, which is no signal"
 NANOSECONDS, MICROSECONDS = (1e9 * (1300.0 + T)).round(), (1e6 * (1300.0 + T)).round()
 """Counts of a clock that was switched on 1300 s before."""
 SINCE_POWER_UP = ("r.csv", "since it was switched on", "--time t:UNIT", "--sample-rate")
@@ -63,10 +64,17 @@ RATES = (
     Situation("an output data rate", text("# ODR = 1000 Hz\nu [V],x [mm]\n" + table(U, X)), Right(remark="1000 Hz")),
     Situation("a sampling cycle", text("Sampling cycle: 1 ms\nu [V],x [mm]\n" + table(U, X)), Right(remark="1000 Hz")),
 )  # fmt: skip
+LOGARITHMS = (
+    Situation("a logarithm", text("t [s],u [V],log10 x [mm]\n" + table(T, U, X)), refused("r.csv", "log10 x [mm]", LOGARITHM)),
+    Situation("a natural logarithm", text("t [s],u [V],ln(x)\n" + table(T, U, X)), refused("r.csv", "ln(x)", LOGARITHM)),
+    Situation("a logarithm that is said to be mm", text("t [s],u [V],log10_x\n" + table(T, U, X)), refused("r.csv", "log10_x", LOGARITHM), {"outputs": {"displacement": "log10_x:mm"}}),
+    Situation("a logarithm in a manifest of one's own", text("t [s],u [V],log10_x\n" + table(T, U, X)), Right(remark="its name says that it is a logarithm"), {"manifest": MANIFEST.replace('"x"', '"log10_x"').replace('"u"', '"u [V]"')}),
+    Situation("what a logger wrote", text("t [s],log_u [V],log.x [mm]\n" + table(T, U, X)), RIGHT),
+)  # fmt: skip
 PLACES = (
     Situation("a unit in the struct of its array", mat(run=DSPACE), RIGHT),
     Situation("a unit in the struct of its array, contradicted", mat(run=DSPACE), refused("r.mat", '"um"', '"mm"'), BY_NUMBER),
     Situation("a unit of the group of its array", made("r.h5", grouped), RIGHT),
     Situation("marks of thousands among whole numbers", text("t [s]\tu [V]\tx [um]\n" + table([f"{one:.3f}" for one in T], [f"{one:.6f}" for one in U], MARKED, separator="\t"), "r.txt"), refused("r.txt", "marks of thousands", "export the file without")),
 )  # fmt: skip
-SITUATIONS = (*UNITS, *TIMES, *RATES, *PLACES)
+SITUATIONS = (*UNITS, *TIMES, *RATES, *LOGARITHMS, *PLACES)

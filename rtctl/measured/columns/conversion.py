@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import nearest
-from rtctl.measured.amplitude_unit import is_level
+from rtctl.measured.amplitude_unit import is_level, is_named_logarithm
 from rtctl.measured.columns.time_axis import StatedPeriod
 from rtctl.measured.readers import Header, Table, open_table
 from rtctl.measured.readers.groups import missing_name, names_within
@@ -140,6 +140,10 @@ class TableCache:
         """Return what a user must know of a column that is read as `unit` (None: as counts)."""
         stated = self.stated_unit(path, name)
         found: list[str] = []
+        if unit is not None and is_named_logarithm(name):
+            found.append(
+                f'column "{name}": its name says that it is a logarithm; taken as it is, in {unit or "no unit"}'
+            )
         if stated is not None and unit is not None and stated_amplitude(stated) is not None:
             found.append(
                 f'column "{name}": the file states "{stated[:40]}", a unit of amplitudes; its rows are taken as '

@@ -9,7 +9,13 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.measured.proposal.naming.column_names import STRONG, read_name
-from rtctl.measured.proposal.naming.column_units import Reading, Unit, is_logarithm, quantity_of, read_column
+from rtctl.measured.proposal.naming.column_units import (
+    Reading,
+    Unit,
+    quantity_of,
+    read_column,
+    told_logarithm,
+)
 from rtctl.measured.proposal.survey import Survey
 from rtctl.registry import SignalKind
 
@@ -26,7 +32,7 @@ QUANTITIES = {
 EXACT = 8.0
 """Vote of a column that has the signal's own name."""
 SINGLE = "a single number"
-LOGARITHM = "is in dB, a logarithm, which is no signal: export it in a linear unit"
+LOGARITHM = ", which is no signal: export it in a linear unit"
 FEWEST_COUNTED, MOST_LOST = 10, 0.05
 """Rows of a column that counts them, least, and the share of its steps that may be longer than one."""
 NOT_SIGNALS = ("time", "index", "rate", "period", "none")
@@ -87,13 +93,14 @@ class Candidate:
 
 
 def find_candidates(
-    surveys: Sequence[Survey], without: Sequence[str | None]
+    surveys: Sequence[Survey], without: Sequence[str | None], *, named_logarithms: bool = False
 ) -> tuple[dict[str, Candidate], dict[str, str]]:
     """Return the columns that may be signals, and the others with the reason.
 
     Args:
         surveys: The files; a column must be in all of them.
         without: Columns that are the time.
+        named_logarithms: Whether a column whose name says that it is a logarithm may be a signal, as of equations.
     """
     found: dict[str, Candidate] = {}
     others: dict[str, str] = {}
@@ -111,8 +118,8 @@ def find_candidates(
             others[name] = f"constant, {first.values[0] + 0.0:.6g} throughout"
         elif is_count(first.values):
             others[name] = "counts the rows"
-        elif is_logarithm(first):
-            others[name] = LOGARITHM
+        elif logarithm := told_logarithm(first, named=not named_logarithms):
+            others[name] = f"{logarithm}{LOGARITHM}"
         else:
             values = next(column.values for column in columns if column.varies and column.values is not None)
             found[name] = Candidate(

@@ -27,9 +27,9 @@ from rtctl.measured.proposal.naming.column_units import (
     Unit,
     as_written,
     given_unit,
-    is_logarithm,
     own_scale,
     read_column,
+    told_logarithm,
 )
 from rtctl.measured.proposal.naming.own_recording import without_computed
 from rtctl.measured.proposal.naming.unit_roles import check_motion, check_swapped, doubts_about_units
@@ -110,7 +110,8 @@ class _Found(NamedTuple):
 
 def _columns(surveys: Sequence[Survey], answers: Answers, time: TimeGuess) -> _Found:
     """Return the columns of the signals where `time` is the time."""
-    candidates, unused = find_candidates(surveys, [time.column])
+    of_equations = _has_free_signals(answers)
+    candidates, unused = find_candidates(surveys, [time.column], named_logarithms=of_equations)
     plant, plant_why = _plant(answers, candidates)
     kind = _with_named_input(plant_kind(plant), answers)
     if kind.free_signals:
@@ -120,7 +121,7 @@ def _columns(surveys: Sequence[Survey], answers: Answers, time: TimeGuess) -> _F
     else:
         _check_two_signals(surveys[0], time)
     given = given_signals(answers, kind.signals, surveys[0].columns)
-    _check_given(given, surveys[0])
+    _check_given(given, surveys[0], named_logarithms=of_equations)
     candidates, computed = without_computed(surveys[0], candidates, kind.signals)
     roles = (
         assign_named_roles(candidates, kind, given, answers)
@@ -139,6 +140,14 @@ def _with_named_input(kind: PlantKind, answers: Answers) -> PlantKind:
         for name in kind.without_stand_ins().signals
     }
     return replace(kind, signals=signals)
+
+
+def _has_free_signals(answers: Answers) -> bool:
+    """Return whether the user named a kind of plant whose signals are those of his model."""
+    if answers.plant is not None:
+        check_plant(answers.plant)
+        return plant_kind(answers.plant).free_signals
+    return answers.model is not None and plant_kind(answers.model.plant).free_signals
 
 
 def _plant(answers: Answers, candidates: Mapping[str, Candidate]) -> tuple[str, str]:
@@ -170,13 +179,15 @@ def _check_two_signals(survey: Survey, time: TimeGuess) -> None:
         )
 
 
-def _check_given(given: Mapping[str, Given], survey: Survey) -> None:
+def _check_given(given: Mapping[str, Given], survey: Survey, *, named_logarithms: bool) -> None:
     for signal, one in given.items():
         column = survey.columns.get(one.column)
         if column is not None and column.values is None:
             raise InputError(f'{survey.path}: column "{one.column}", given as the {signal}, {column.refusal}')
-        if column is not None and is_logarithm(column):
-            raise InputError(f'{survey.path}: column "{one.column}", given as the {signal}, {LOGARITHM}')
+        if column is not None and (logarithm := told_logarithm(column, named=not named_logarithms)):
+            raise InputError(
+                f'{survey.path}: column "{one.column}", given as the {signal}, {logarithm}{LOGARITHM}'
+            )
 
 
 def _signals(

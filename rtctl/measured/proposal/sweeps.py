@@ -21,7 +21,7 @@ from rtctl.measured.proposal.naming.column_names import bare_name, base_name
 from rtctl.measured.proposal.naming.column_units import (
     MOTIONS,
     amplitude_of,
-    is_logarithm,
+    is_in_decibels,
     quantity_of,
     read_column,
     unit_of_amplitude,
@@ -76,7 +76,7 @@ def find_sweep(survey: Survey, answers: Answers) -> SweepColumns | None:
 def _check_has_phase(survey: Survey, frequency: str, others: Sequence[str]) -> None:
     """Raise InputError for amplitudes over a frequency without their phase, in a file that has no time."""
     amplitude = _called(others, PAIRS[1][1]) or next(
-        (name for name in others if is_logarithm(survey.columns[name])), None
+        (name for name in others if is_in_decibels(survey.columns[name])), None
     )
     timed = any("time" in read_column(survey.columns[name]).votes for name in others)
     if amplitude is None or timed:

@@ -7,7 +7,7 @@ from functools import cache
 from typing import NamedTuple
 
 from rtctl.border.units.quantities import is_angle, unit_registry
-from rtctl.measured.amplitude_unit import AmplitudeUnit, is_level
+from rtctl.measured.amplitude_unit import AmplitudeUnit, is_level, is_named_logarithm
 from rtctl.measured.proposal.naming.column_names import STRONG, Name, is_weight, read_name, unit_meanings
 from rtctl.measured.proposal.survey import Column
 from rtctl.measured.stated_unit import (
@@ -85,7 +85,17 @@ def own_scale(column: Column) -> NamedScale | None:
     return scale_in_name(place.within(place.groups[-1]) if place.groups else column.name)
 
 
-def is_logarithm(column: Column) -> bool:
+def told_logarithm(column: Column, *, named: bool = True) -> str:
+    """Return that a column is a logarithm, as a phrase that continues its name; "": it is none.
+
+    It is by its unit or, where `named`, by its name.
+    """
+    if is_in_decibels(column):
+        return "is in dB, a logarithm"
+    return "is by its name a logarithm" if named and is_named_logarithm(column.label or column.name) else ""
+
+
+def is_in_decibels(column: Column) -> bool:
     """Return whether a column is in decibels, by its unit or its name."""
     found = amplitude_of(column)
     return found is not None and found.is_level
