@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import h5py
 import numpy as np
 from corpus_binary import made, mat, tdms
-from corpus_case import MANIFEST, RIGHT, ROWS, A, Right, Situation, T, U, X, refused, table, text
+from corpus_case import MANIFEST, RIGHT, ROWS, A, Right, Situation, T, U, Write, X, refused, table, text
+from nptdms import ChannelObject, TdmsWriter
 
 K = np.arange(ROWS)
 LOGARITHM = "by its name a logarithm, which is no signal"
@@ -33,6 +36,25 @@ def grouped(path: object) -> None:
         for name, unit, values in (("t", "s", T), ("u", "V", U), ("x", "um", 1e3 * X)):
             file[f"{name}/data"] = values
             file[name].attrs["unit"] = unit
+
+
+def appended(pause_s: float) -> Write:
+    """Two TDMS acquisitions of 300 rows in one file, the second `pause_s` after the first."""
+
+    def write(path: Path) -> None:
+        for first, mode in ((0, "w"), (300, "a")):
+            start = np.datetime64("2026-11-21T10:00:00") + np.timedelta64(
+                int(first + 1000 * pause_s * (first > 0)), "ms"
+            )
+            properties = {"wf_increment": 1e-3, "wf_start_time": start}
+            channels = [
+                ChannelObject("g", name, values[first : first + 300], {**properties, "unit_string": unit})
+                for name, unit, values in (("u", "V", U), ("x", "mm", X))
+            ]
+            with TdmsWriter(path, mode=mode) as file:
+                file.write_segment(channels)
+
+    return made("r.tdms", write)
 
 
 def counted(*lost: int) -> str:
@@ -64,6 +86,11 @@ RATES = (
     Situation("an output data rate", text("# ODR = 1000 Hz\nu [V],x [mm]\n" + table(U, X)), Right(remark="1000 Hz")),
     Situation("a sampling cycle", text("Sampling cycle: 1 ms\nu [V],x [mm]\n" + table(U, X)), Right(remark="1000 Hz")),
 )  # fmt: skip
+ACQUISITIONS = (
+    Situation("two acquisitions in one TDMS", appended(600.0), Right(remark="2 acquisitions in one file, with a pause before row 300")),
+    Situation("one acquisition in two pieces of TDMS", appended(0.0), RIGHT),
+    Situation("two acquisitions in one TDMS as one record", appended(600.0), refused("r.tdms", "2 acquisitions", "rows = [300, 600]"), {"manifest": MANIFEST}),
+)  # fmt: skip
 LOGARITHMS = (
     Situation("a logarithm", text("t [s],u [V],log10 x [mm]\n" + table(T, U, X)), refused("r.csv", "log10 x [mm]", LOGARITHM)),
     Situation("a natural logarithm", text("t [s],u [V],ln(x)\n" + table(T, U, X)), refused("r.csv", "ln(x)", LOGARITHM)),
@@ -77,4 +104,4 @@ PLACES = (
     Situation("a unit of the group of its array", made("r.h5", grouped), RIGHT),
     Situation("marks of thousands among whole numbers", text("t [s]\tu [V]\tx [um]\n" + table([f"{one:.3f}" for one in T], [f"{one:.6f}" for one in U], MARKED, separator="\t"), "r.txt"), refused("r.txt", "marks of thousands", "export the file without")),
 )  # fmt: skip
-SITUATIONS = (*UNITS, *TIMES, *RATES, *LOGARITHMS, *PLACES)
+SITUATIONS = (*UNITS, *TIMES, *RATES, *ACQUISITIONS, *LOGARITHMS, *PLACES)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Protocol
 
+from rtctl.measured.readers.table import Header
+
 
 class Begun(Protocol):
     """What states when a column begins: its header, or what was surveyed of it."""
@@ -58,3 +60,16 @@ def describe_leads(leads: Mapping[str, int], headers: Mapping[str, Begun]) -> st
         f"the columns begin at different times ({keys}): the first samples are left out, {counts}; rows are counted "
         "from the first instant that all have"
     )
+
+
+def check_one_acquisition(headers: Mapping[str, Header], rows: tuple[int, int] | None) -> None:
+    """Raise ValueError where the rows [first, end) of a record (None: all) go across the pause between acquisitions."""
+    for name, header in headers.items():
+        inside = [row for row in header.begun if rows is None or rows[0] < row < rows[1]]
+        if inside:
+            edges = [0, *header.begun, max(header.shape)]
+            parts = ", ".join(f"rows = [{a}, {b}]" for a, b in zip(edges[:-1], edges[1:], strict=True))
+            raise ValueError(
+                f'column "{name}" holds {len(edges) - 1} acquisitions, with a pause before row {inside[0]} (the file '
+                f"states a start time of each): make a record of each, {parts}"
+            )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -39,9 +39,10 @@ def find_parts(survey: Survey, columns: Sequence[str], time: TimeGuess) -> tuple
         if values is not None:
             whole &= np.isfinite(values)
     breaks = _gaps(survey, time)
+    begun = {row for name in columns for row in survey.columns[name].begun} if time.column is None else set()
     edges = np.flatnonzero(np.diff(np.concatenate([[False], whole, [False]]).astype(np.int8)))
     runs = [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
-    parts = [part for run in runs for part in _cut(run, breaks)]
+    parts = [part for run in runs for part in _cut(run, sorted({*breaks, *begun}))]
     if not parts:
         raise ValueError(f"no row has numbers in all of {', '.join(columns)}")
     if max(end - first for first, end in parts) < 2:
@@ -58,11 +59,15 @@ def find_parts(survey: Survey, columns: Sequence[str], time: TimeGuess) -> tuple
         )
     if kept == [(0, survey.rows)]:
         return kept, ""
-    return kept, _why_cut(survey, kept, breaks, np.flatnonzero(~whole))
+    return kept, _why_cut(survey, kept, breaks, begun, np.flatnonzero(~whole))
 
 
 def _why_cut(
-    survey: Survey, kept: Sequence[tuple[int, int]], breaks: Mapping[int, int], empty: NDArray[np.intp]
+    survey: Survey,
+    kept: Sequence[tuple[int, int]],
+    breaks: Mapping[int, int],
+    begun: Collection[int],
+    empty: NDArray[np.intp],
 ) -> str:
     """Return why a file falls into the parts `kept`, and what is not in them."""
     lost = survey.rows - sum(end - first for first, end in kept)
@@ -73,9 +78,11 @@ def _why_cut(
             f"{several} in time, where about {sum(breaks.values())} rows are missing (the first after row "
             f"{min(breaks) - 1})"
         )
+    if begun:
+        reasons.append(f"{len(begun) + 1} acquisitions in one file, with a pause before row {min(begun)}")
     if len(empty):
         reasons.append(f"rows without numbers, first row {empty[0]}")
-    left_out = f", {lost} rows left out" if lost or not breaks else ""
+    left_out = f", {lost} rows left out" if lost or not (breaks or begun) else ""
     return f"{' and '.join(reasons)}: {len(kept)} {'part' if len(kept) == 1 else 'parts'}{left_out}"
 
 

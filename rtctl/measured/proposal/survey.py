@@ -46,6 +46,8 @@ class Column:
     """Time [s] of its first sample that the file states, from an origin that its columns share."""
     start_key: str = ""
     """Key under which the file states it."""
+    begun: tuple[int, ...] = ()
+    """Rows with which the file states that a further acquisition begins."""
     alias_of: str = ""
     """Column whose numbers it has, under another name; "": they are its own."""
     place: Place = TOP
@@ -178,6 +180,7 @@ def _column(cache: TableCache, path: Path, name: str, read: NDArray[Any] | None)
         is_decimated=bool(header.decimation),
         start_s=header.start_s,
         start_key=header.start_key,
+        begun=header.begun,
         alias_of=header.alias_of,
         place=table.place(name),
     )

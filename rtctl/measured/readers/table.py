@@ -48,6 +48,8 @@ class Header(NamedTuple):
     """Time [s] of the first sample that the file states, from an origin that its columns share."""
     start_key: str = ""
     """Key under which the file states it."""
+    begun: tuple[int, ...] = ()
+    """Rows with which the file states that a further acquisition begins, with time between it and the last one."""
     refusal: str = ""
     """Why the column is no signal, as a phrase that continues its name."""
     unapplied: str = ""

@@ -8,7 +8,6 @@ its first sample. npTDMS gives raw counts where it does not know a scale, so suc
 from __future__ import annotations
 
 import re
-import struct
 from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
@@ -22,10 +21,8 @@ from rtctl.measured.readers.stated.attributes import stated_decimation, stated_u
 from rtctl.measured.readers.stated.beside import plain
 from rtctl.measured.readers.stated.rate import stated_period
 from rtctl.measured.readers.table import Column, Header, Table, reading
+from rtctl.measured.readers.tdms_segments import first_rows, whole_segments
 
-_LEAD_IN_BYTES = 28  # tag, table of contents, version, 4 bytes each; next segment, raw data, 8 bytes each
-_BIG_ENDIAN = 1 << 6  # of the table of contents, whose own bytes are little-endian
-_UNKNOWN_SIZE = 0xFFFF_FFFF_FFFF_FFFF  # what LabVIEW leaves where it could not finish a segment
 _SCALE_TYPE = re.compile(r"NI_Scale\[\d+\]_Scale_Type")
 _SCALES = frozenset(
     {
@@ -47,7 +44,7 @@ _START = "wf_start_time, wf_start_offset"
 
 def read(path: Path) -> Table:
     """Return the channels of a TDMS file as columns. Raises ValueError in words."""
-    _check_whole(path)
+    segments = whole_segments(path)
     with reading("a TDMS file"), path.open("rb") as file, TdmsFile.open(file) as opened:
         channels = [channel for group in opened.groups() for channel in group.channels()]
         places = {name: (c.group_name, c.name) for name, c in zip(_names(channels), channels, strict=True)}
@@ -59,10 +56,12 @@ def read(path: Path) -> Table:
         beside |= {group.name: _beside(group.properties) for group in opened.groups()}
         for part in (*opened.groups(), *channels):
             texts |= texts_of(part.properties, part.name)
+        begun = first_rows(file, segments)
     starts = _starts(channels)
     for name, channel in zip(_names(channels), channels, strict=True):
         if channel.path in starts:
             headers[name] = headers[name]._replace(start_s=starts[channel.path], start_key=_START)
+        headers[name] = headers[name]._replace(begun=begun.get(channel.path, ()))
 
     def load(name: str, first: int, end: int) -> Column:
         # opened as a file, so that an index file beside it, which may be old, is not believed
@@ -147,29 +146,3 @@ def _in_seconds(properties: Mapping[str, Any]) -> bool:
 
 def _number(value: Any) -> float:
     return float(value) if isinstance(value, int | float | np.number) else 0.0
-
-
-def _check_whole(path: Path) -> None:
-    """Follow the segments' lead-ins: npTDMS reads a file that was cut off as far as it goes, and only logs it."""
-    size, start = path.stat().st_size, 0
-    with path.open("rb") as file:
-        while start < size:
-            file.seek(start)
-            lead_in = file.read(_LEAD_IN_BYTES)
-            if not lead_in.startswith(b"TDSm"):
-                raise ValueError(f"not a TDMS file, or damaged: no segment begins at byte {start}")
-            if len(lead_in) < _LEAD_IN_BYTES:
-                raise ValueError(_cut_off(start))
-            order = ">" if int.from_bytes(lead_in[4:8], "little") & _BIG_ENDIAN else "<"
-            (to_next,) = struct.unpack_from(f"{order}Q", lead_in, 12)
-            end = start + _LEAD_IN_BYTES + to_next
-            if to_next == _UNKNOWN_SIZE or end > size:
-                raise ValueError(_cut_off(start))
-            start = end
-
-
-def _cut_off(start: int) -> str:
-    return (
-        f"is cut off: its last segment, from byte {start}, is not complete; copy the file again, or open and "
-        "save it in LabVIEW or DIAdem"
-    )

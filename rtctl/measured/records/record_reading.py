@@ -13,7 +13,7 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import nearest
 from rtctl.border.units.quantities import QUANTITY, parse_quantity
 from rtctl.border.units.unit_text import parse_base_quantity
-from rtctl.measured.columns.alignment import describe_leads, leading_rows
+from rtctl.measured.columns.alignment import check_one_acquisition, describe_leads, leading_rows
 from rtctl.measured.columns.conversion import TableCache, check_finite
 from rtctl.measured.columns.outliers import describe_far_readings
 from rtctl.measured.columns.time_axis import (
@@ -209,6 +209,7 @@ def _aligned(reading: Reading, entry: RecordTable, whole: Mapping[str, int], whe
                 "and give sample_rate_hz"
             )
         return dict(whole)
+    check_one_acquisition(headers, entry.rows)
     leads = leading_rows(headers, stated_period(reading, entry))
     if not any(leads.values()):
         return dict(whole)
