@@ -119,3 +119,15 @@ def convert_column(values: FloatArray, unit: str, to: str) -> FloatArray:
         return values
     converted = unit_registry().Quantity(values, unit).to(to).magnitude
     return np.ascontiguousarray(converted, dtype=np.float64)
+
+
+def is_angular(unit: str) -> bool:
+    """Return whether a readable unit of frequency counts angles, 2 pi for each cycle: rad/s, deg/s, rpm."""
+    base = unit_registry().Quantity(1.0, parsed_unit(unit)).to_base_units().units
+    return base == unit_registry().parse_units("rad/s")
+
+
+def convert_frequency(values: FloatArray, unit: str) -> FloatArray:
+    """Convert frequencies or angular frequencies (n,) [unit] to Hz. Raises ValueError in words for another unit."""
+    per_s = convert_column(values, unit, "1/s")
+    return per_s / (2.0 * np.pi) if is_angular(unit) else per_s

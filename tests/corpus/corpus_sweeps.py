@@ -17,7 +17,14 @@ def swept(header: str, drive: np.ndarray = DRIVE, magnitude: np.ndarray = MAG, p
     return text(header + "\n" + table(F, drive, magnitude, phase, form="{:.9g}"))
 
 
+def turned(header: str, frequency: np.ndarray):
+    return text(header + "\n" + table(frequency, DRIVE, MAG, DEG, form="{:.12g}"))
+
+
 SITUATIONS = (
+    Situation("a sweep in rad/s", turned("omega (rad/s),Drive (V),Mag (um),Phase (deg)", 2.0 * np.pi * F), RIGHT),
+    Situation("a sweep in rad/s that is called a frequency", turned("frequency (rad/s),Drive (V),Mag (um),Phase (deg)", 2.0 * np.pi * F), RIGHT),
+    Situation("a sweep in rpm", turned("speed (rpm),Drive (V),Mag (um),Phase (deg)", 60.0 * F), RIGHT),
     Situation("a sweep, plain", swept("f (Hz),Drive (V),Mag (um),Phase (deg)"), RIGHT),
     Situation("a sweep in dB of a reference", swept("f (Hz),Drive (V pk),Mag (dB re 1 um pk),Phase (deg)", magnitude=LEVEL), RIGHT),
     Situation("a sweep in dB, peak or RMS untold", swept("f (Hz),Drive (V),Mag (dB re 1 um),Phase (deg)", magnitude=LEVEL), RightSweep(remark="peak or RMS")),

@@ -29,6 +29,7 @@ _DATE = re.compile(
 )
 _DAY_S = 86_400.0
 _MONTHS, _HALF_DAY_H = 12, 12
+_YEAR_DIGITS, _CENTURY = 4, "20"
 _COARSEST_POWER, _FINEST_POWER = 3, -13
 
 
@@ -179,7 +180,10 @@ def _as_iso(words: list[str]) -> list[str]:
     dates = {(one["left"], one["middle"], one["right"]) for one in found if one}
     if not words or not all(found) or not dates:
         return words
-    if all(len(left) == 4 for left, _, _ in dates):
+    of_four = [len(left) == _YEAR_DIGITS or len(right) == _YEAR_DIGITS for left, _, right in dates]
+    if not all(of_four) and not all(one and one["sign"] == "." for one in found):
+        order = "any" if len(dates) == 1 else ""  # 26/11/21: nobody knows the year
+    elif all(len(left) == _YEAR_DIGITS for left, _, _ in dates):
         order = "year"
     elif all(one and one["sign"] == "." for one in found) or any(int(left) > _MONTHS for left, _, _ in dates):
         order = "day"
@@ -188,13 +192,14 @@ def _as_iso(words: list[str]) -> list[str]:
     elif len(dates) == 1:
         order = "any"
     else:
-        return words
-    return [_iso(one, order) for one in found if one]
+        order = ""
+    return [_iso(one, order) for one in found if one] if order else words
 
 
 def _iso(found: re.Match[str], order: str) -> str:
     """Return a date whose first part is the `order`; of "any" only the time of day counts."""
     left, middle, right = found["left"], found["middle"], found["right"]
+    right = _CENTURY + right if order == "day" and len(right) < _YEAR_DIGITS else right
     dates = {
         "year": f"{left}-{middle:0>2}-{right:0>2}",
         "day": f"{right}-{middle:0>2}-{left:0>2}",

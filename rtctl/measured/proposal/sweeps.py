@@ -17,6 +17,7 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
 from rtctl.measured.amplitude_unit import AmplitudeUnit, without_convention
 from rtctl.measured.proposal.given import Given, given_signals
+from rtctl.measured.proposal.instants.told_rate import is_rate_unit
 from rtctl.measured.proposal.naming.column_names import bare_name, base_name
 from rtctl.measured.proposal.naming.column_units import (
     MOTIONS,
@@ -30,7 +31,7 @@ from rtctl.measured.proposal.proposal import Answers, Open, Proposal, RecordGues
 from rtctl.measured.proposal.survey import Survey
 from rtctl.measured.records.sweep_reading import LEAST_ROWS
 from rtctl.measured.stated_unit import stated_amplitude
-from rtctl.measured.units import same_unit
+from rtctl.measured.units import is_angular, same_unit
 from rtctl.registry import plant_kind
 
 FREQUENCY = re.compile(r"f|freq\w*|frequenz\w*|f_?drive|drive_?freq\w*", re.IGNORECASE)
@@ -78,8 +79,7 @@ def _check_has_phase(survey: Survey, frequency: str, others: Sequence[str]) -> N
     amplitude = _called(others, PAIRS[1][1]) or next(
         (name for name in others if is_in_decibels(survey.columns[name])), None
     )
-    timed = any("time" in read_column(survey.columns[name]).votes for name in others)
-    if amplitude is None or timed:
+    if amplitude is None or _has_time(survey):
         return
     raise InputError(
         f'{survey.path}: a sweep of frequencies (frequency "{frequency}", amplitude "{amplitude}") without a phase: '
@@ -149,10 +149,18 @@ def _is_frequency(survey: Survey, name: str) -> bool:
     ):
         return False
     unit = read_column(column).unit.text
-    by_unit = unit in ("Hz", "kHz", "MHz")
+    by_unit = unit in ("Hz", "kHz", "MHz") or (_is_angular(unit) and not _has_time(survey))
     return (by_unit or (not unit and FREQUENCY.fullmatch(bare_name(name)) is not None)) and _runs(
         values
     ) != []
+
+
+def _is_angular(unit: str) -> bool:
+    return bool(unit) and is_rate_unit(unit) and is_angular(unit)
+
+
+def _has_time(survey: Survey) -> bool:
+    return any("time" in read_column(column).votes for column in survey.numeric.values())
 
 
 def _runs(frequency: FloatArray) -> list[tuple[int, int]]:

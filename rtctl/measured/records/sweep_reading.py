@@ -16,7 +16,7 @@ from rtctl.measured.dataset import FREQUENCY, SWEEP_PERIOD_S, Record
 from rtctl.measured.manifest.schema import RecordTable, SignalTable
 from rtctl.measured.records.record_reading import Reading
 from rtctl.measured.stated_unit import column_amplitude, converted_amplitude, told_amplitude
-from rtctl.measured.units import convert_column
+from rtctl.measured.units import convert_column, convert_frequency
 from rtctl.registry import plant_kind
 
 LEAST_ROWS = 5
@@ -207,8 +207,8 @@ def _frequencies(reading: Reading, entry: RecordTable) -> FloatArray:
     """Return the frequencies (n,) [Hz], rising or falling. Raises ValueError in words."""
     column = reading.column(entry, str(entry.frequency))
     stated = reading.cache.stated_unit(reading.folder / entry.file, column)
-    values = convert_column(
-        _numbers(reading, entry, str(entry.frequency), None), entry.frequency_unit or stated or "Hz", "Hz"
+    values = convert_frequency(
+        _numbers(reading, entry, str(entry.frequency), None), entry.frequency_unit or stated or "Hz"
     )
     first = entry.first_row
     bad = np.flatnonzero(values <= 0.0)
