@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from plant_sim.equations.compiled.kernels import march
+from plant_sim.equations.compiled.adaptive import ERROR_ORDER
+from plant_sim.equations.compiled.kernels import march, march_adaptively
 from plant_sim.equations.integration.steps import (
     IMPLICIT_COST,
     Plan,
@@ -40,6 +41,13 @@ MOST_KEPT = 32
 CONVERGED = 1e-6
 """Change of the states, relative to their swing, below which twice as many implicit steps do nothing."""
 MOST_DOUBLINGS = 8
+TOLERANCE, TOLERANCE_OF_FIT = 1e-9, 1e-7
+"""Error of a step whose length follows the motion, as a share of the largest value that a state had."""
+WORTH_ADAPTING, ADAPTIVE_GAIN = 8, 2
+"""Implicit steps between two samples, or as much work, from which on steps that follow the motion are tried, and how
+many times less work they must be."""
+MOST_ADAPTIVE, MOST_ADAPTIVE_OF_SAMPLE = 200_000, 200
+"""Steps of a lane that follow its motion, at most, in a record and for each of its samples: the larger counts."""
 ONSET = 0.1
 """Share of the largest change from which on it is there: later it may only have grown."""
 DISTINCT_LANES = 4
@@ -79,6 +87,8 @@ class Marching(NamedTuple):
     sizes: FloatArray
     """Changes (parameters,) [SI] that no plan notices, besides `SAME_PLAN` of a value."""
     steps_per_period: float | None = None
+    uniform: bool = False
+    """Whether all steps between two samples are as long, as an exported model takes them."""
 
     def move(self, refine: int, *, between: bool, least: int = 1) -> Motion:
         """Return the motion at the samples, or `between` them too.
@@ -108,33 +118,68 @@ class Marching(NamedTuple):
         for place, how in kept:
             if not self._is_near(place):
                 continue
-            how = how._replace(substeps=refine * how.substeps)
-            return self._run(how), how
+            how = _refined(how, refine)
+            x = self._run(how)
+            if how.tolerance or not how.implicit or np.isfinite(x).all():
+                return x, how
+            break  # from this start it has a jump where those before had none
         self._check_start()
-        how = self._first_plan()
+        how = self._cheaper(self._first_plan())
         self._check_fit(how, kept)
         x = self._run(how)
-        for _ in range(MOST_PLANS):
+        for _ in range(0 if how.tolerance else MOST_PLANS):
             wanted = self._plan_along(x)
             if wanted.implicit and wanted.substeps <= how.substeps and how.implicit:
                 break
             if wanted.implicit == how.implicit and wanted.substeps <= how.substeps and np.isfinite(x).all():
                 break
-            how = wanted
+            how = self._cheaper(wanted)
             self._check_fit(how, kept)
             x = self._run(how)
-        if how.implicit:
+            if how.tolerance:
+                break
+        if how.implicit and not how.tolerance:
             how, x = self._converged(how, x, kept)
         kept.insert(0, (self.p[:, 0].copy(), how))
         del kept[MOST_KEPT:]
         if refine > 1:
-            how = how._replace(substeps=refine * how.substeps)
+            how = _refined(how, refine)
             x = self._run(how)
         return x, how
 
+    def _cheaper(self, how: Plan) -> Plan:
+        """Return a plan of steps that follow the motion where these are far fewer, else the plan as it is."""
+        implicit_steps = _steps_worth(how) / IMPLICIT_COST
+        if self.uniform or self.system.events or implicit_steps < WORTH_ADAPTING:
+            return how
+        holds = {self.stimulus.holds.get(one.name) for one in self.system.inputs}
+        substeps = BAND_LIMITED_SUBSTEPS if "band-limited" in holds else 1
+        adaptive = Plan(
+            substeps,
+            implicit=True,
+            tolerance=TOLERANCE if self.steps_per_period is None else TOLERANCE_OF_FIT,
+        )
+        try:
+            self._adapted(adaptive, lanes=1, most=int(implicit_steps * self.stimulus.samples / ADAPTIVE_GAIN))
+        except ValueError:
+            return how
+        return adaptive
+
+    def _adapted(
+        self, how: Plan, lanes: int | None = None, most: int | None = None, between: int = 1
+    ) -> FloatArray:
+        """Return the states of the first `lanes` (None: all) by steps that follow the motion. Raises ValueError."""
+        finer, period_s = how._replace(substeps=how.substeps // between), self.stimulus.period_s / between
+        start, p = np.ascontiguousarray(self.start[:, :lanes]), np.ascontiguousarray(self.p[:, :lanes])
+        usual = max(MOST_ADAPTIVE, MOST_ADAPTIVE_OF_SAMPLE * self.stimulus.samples)
+        most = usual if most is None else min(most, usual)
+        x, steps = march_adaptively(self.system, start, self.nodes(how.substeps), period_s, finer, p, most)
+        count_work(0.5 * len(start) * IMPLICIT_COST * steps)
+        return x
+
     def _check_fit(self, how: Plan, kept: Kept) -> None:
         """Raise ValueError where a fit's run takes far more work than the first run of its record."""
-        if self.steps_per_period is None or not kept:
+        if self.steps_per_period is None or not kept or how.tolerance:
             return
         most = max(WORTH_LIMITING, MOST_OF_A_FIT * min(_steps_worth(one) for _, one in kept))
         if _steps_worth(how) > most:
@@ -182,6 +227,8 @@ class Marching(NamedTuple):
         return how
 
     def _run(self, how: Plan, between: int = 1) -> FloatArray:
+        if how.tolerance:
+            return self._adapted(how, between=between)
         check_work(how.substeps, self.stimulus.samples)
         states, lanes = self.start.shape
         cost = 0.5 * states * _steps_worth(how)
@@ -197,9 +244,11 @@ class Marching(NamedTuple):
             ValueError: There are no such steps.
         """
         for _ in range(MOST_DOUBLINGS):
-            finer = how._replace(substeps=2 * how.substeps)
+            finer = self._cheaper(how._replace(substeps=2 * how.substeps))
             self._check_fit(finer, kept)
             y = self._run(finer)
+            if finer.tolerance:
+                return finer, y
             swing = np.maximum(np.ptp(y[:, :, 0], axis=0), 1e-6 * np.abs(y[:, :, 0]).max(axis=0))
             change = np.abs(y[:, :, 0] - x[:, :, 0])
             if not np.isfinite(y[:, :, 0]).all() or (change.max(axis=0) <= CONVERGED * swing).all():
@@ -237,3 +286,10 @@ class Marching(NamedTuple):
 def _steps_worth(how: Plan) -> float:
     """Return the work of a plan in Runge-Kutta's steps."""
     return how.substeps * (IMPLICIT_COST if how.implicit else 1.0)
+
+
+def _refined(how: Plan, refine: int) -> Plan:
+    """Return a plan of `refine` times as many steps, or of as much finer ones where they follow the motion."""
+    if how.tolerance:
+        return how._replace(tolerance=how.tolerance / refine**ERROR_ORDER)
+    return how._replace(substeps=refine * how.substeps)

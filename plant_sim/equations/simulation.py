@@ -255,6 +255,7 @@ class _Run:
     ) -> dict[str, FloatArray]:  # fmt: skip
         """Return outputs and states (lanes, samples) as instruments read them."""
         own, step_s = self.simulation, self.stimulus.period_s / motion.between
+        driving = nodes[:, :, 0].T if nodes.shape[2] else np.zeros(nodes.shape[1::-1])
         found = read_outputs(
             system, motion, nodes, p, step_s, own.output_factors, len(own.system.states), after_jumps
         )
@@ -267,7 +268,7 @@ class _Run:
             for lane, values in enumerate(by_lane):
                 acting = [values_of(one, values) for one in sensing if one.signal == name]
                 found[name][lane] = read(
-                    found[name][lane], step_s, acting, self._reference(name), nodes[:, :, 0].T, kinks
+                    found[name][lane], step_s, acting, self._reference(name), driving, kinks
                 )
         return {name: np.ascontiguousarray(course[:, :: motion.between]) for name, course in found.items()}
 

@@ -82,6 +82,11 @@ def same_unit(one: str, other: str) -> bool:
     return abs(factor - 1.0) < ROUNDING
 
 
+def is_one(unit: str) -> bool:
+    """Return whether a text is the unit of plain numbers: 1."""
+    return bool(unit) and is_unit(unit) and same_unit(unit, "1")
+
+
 def is_proportional(*units: str) -> bool:
     """Return whether zero of each readable unit means nothing: not so of degC and dB."""
     return all(unit_registry().Quantity(1.0, parsed_unit(unit))._is_multiplicative for unit in units)

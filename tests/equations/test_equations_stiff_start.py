@@ -47,7 +47,7 @@ def test_what_steps_do_not_resolve_is_told_with_its_state_and_time(
     p = np.array([[one.value * one.factor] for one in system.parameters])
     marching = Marching(
         system, stimulus, lambda steps: input_nodes(stimulus, system, np.ones(1), steps), np.zeros((2, 1)), p,
-        np.zeros(len(p)),
+        np.zeros(len(p)), uniform=True,
     )  # fmt: skip
     assert marching.resolve().implicit
     monkeypatch.setattr("plant_sim.equations.marching.CONVERGED", 1e-30)

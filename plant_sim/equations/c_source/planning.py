@@ -64,7 +64,7 @@ def _resolving(system: System, stimulus: Stimulus, factors: FloatArray, acting: 
     start = np.array([[stimulus.initial.get(one.name, one.initial)] for one in system.states])
     p = _parameters(system)[:, None]
     nodes = Inputs(stimulus, system, factors, acting).nodes
-    return Marching(system, stimulus, nodes, start, p, np.zeros(len(p))).resolve()
+    return Marching(system, stimulus, nodes, start, p, np.zeros(len(p)), uniform=True).resolve()
 
 
 def _parameters(system: System) -> FloatArray:

@@ -77,6 +77,17 @@ def lane_step(  # noqa: PLR0913
 
     The step as a whole has the length `h` and begins at the time `t`.
     """
+    ended: FloatArray = lane_table(derive, x, nodes, i, h, t, p, j, begin, end)[0]
+    return ended
+
+
+# 10 parameters because a compiled kernel takes its arrays one by one
+@kernel
+def lane_table(  # noqa: PLR0913
+    derive: Any, x: FloatArray, nodes: FloatArray, i: int, h: float, t: float, p: FloatArray, j: int,
+    begin: float, end: float,
+) -> FloatArray:  # fmt: skip
+    """Return what `lane_step` does of the orders 4, 3, 2 and 1, (4, states); the first two differ by their error."""
     n = x.shape[0]
     slopes, matrix, table = np.empty((n, n)), np.empty((n, n)), np.empty((ORDER, n))
     here, rhs, u = np.empty(n), np.empty(n), np.empty(nodes.shape[2])
@@ -101,8 +112,7 @@ def lane_step(  # noqa: PLR0913
             for m in range(1, k):  # Aitken and Neville
                 change = table[k - m, r] - table[k - m - 1, r]
                 table[k - m - 1, r] = table[k - m, r] + change / (k / (k - m) - 1.0)
-    ended: FloatArray = table[0]
-    return ended
+    return table
 
 
 # 10 parameters because a compiled kernel takes its arrays one by one

@@ -16,6 +16,7 @@ from typing import Any
 import numba
 import numpy as np
 
+from plant_sim.equations.compiled.adaptive import DONE, SHORTEST, TOO_MANY, adapt
 from plant_sim.equations.compiled.crossing import (
     MOST_EVENTS,
     Laws,
@@ -91,6 +92,33 @@ def march(  # noqa: PLR0913
     else:
         kernel(x, nodes, step_s, how.substeps, start_s, p, out)
     return out
+
+
+# 7 parameters because a record is an array and a number for each of these
+def march_adaptively(  # noqa: PLR0913
+    system: System, start: FloatArray, nodes: FloatArray, period_s: float, how: Plan, p: FloatArray, most: int
+) -> tuple[FloatArray, int]:
+    """Return what `march` does of a model without events, by steps whose lengths follow the motion, and their number.
+
+    Raises:
+        ValueError: A lane takes `most` steps, or steps that are too short.
+    """
+    low, high = (np.array([getattr(one, word) for one in system.states]) for word in ("low", "high"))
+    x, out = _begun(start, low, high, nodes.shape[1] // how.substeps)
+    ended, step_s = np.zeros(1), period_s / how.substeps
+    with _lock:
+        kernel = law_of(system)
+    code, steps = adapt(
+        kernel, x, nodes, step_s, how.substeps, 0.0, p, low, high, how.tolerance, most, out, ended
+    ).tolist()
+    if code != DONE:
+        reason = f"{most} steps in all" if code == TOO_MANY else f"steps below {SHORTEST * step_s:.1g} s"
+        raise ValueError(
+            f"the model is stiff, and {reason} do not resolve it at t = {ended[0]:.6g} s. Something in a rate jumps "
+            "there, such as a sign or a square root whose argument passes through 0: smooth it (sqrt(abs(d) + eps)), "
+            "or leave it out"
+        )
+    return out, steps
 
 
 def compiled_at_many(

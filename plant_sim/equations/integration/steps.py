@@ -45,6 +45,8 @@ class Plan(NamedTuple):
 
     substeps: int
     implicit: bool
+    tolerance: float = 0.0
+    """Above 0: implicit steps are divided as the motion needs, to errors of this share of a state's size."""
 
 
 class Places(NamedTuple):

@@ -44,14 +44,17 @@ def split_records(
         InputError: No record is left to fit, or nothing drives any of them.
     """
     thresholds = thresholds or ScreeningThresholds()
-    checks: tuple[RecordCheck, ...] = (
-        lambda records: drop_short_records(records, thresholds),
-        lambda records: replace_spikes(records, subject.spike_outputs, dataset.units, thresholds),
+    of_drive: tuple[RecordCheck, ...] = (
         lambda records: replace_drive_spikes(
             records, subject.drive, subject.output, dataset.units, thresholds
         ),
-        lambda records: drop_constant_records(records, subject.required_signal),
         lambda records: unmark_false_repeats(records, subject.drive, thresholds),
+    )
+    checks: tuple[RecordCheck, ...] = (
+        lambda records: drop_short_records(records, thresholds),
+        lambda records: replace_spikes(records, subject.spike_outputs, dataset.units, thresholds),
+        lambda records: drop_constant_records(records, subject.required_signal),
+        *(of_drive if subject.drive else ()),
         lambda records: note_impossible_readings(records, dataset.units),
         lambda records: note_inconsistent_velocities(records, thresholds),
     )
@@ -69,7 +72,7 @@ def split_records(
     for name in subject.clippable_outputs:
         said += note_clipping((*fit, *tests), name, dataset.units[name], thresholds)
         said += note_standing_readings((*fit, *tests), name, dataset.units[name], thresholds)
-    if not subject.is_steady:
+    if subject.drive and not subject.is_steady:
         said += note_constant_drive(fit, subject.drive)
         said += note_single_tone(fit, subject.drive, thresholds)
     to_fit, to_test = (

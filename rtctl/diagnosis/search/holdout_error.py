@@ -19,11 +19,8 @@ from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 from rtctl.diagnosis.thresholds import SearchThresholds
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.least_squares.levenberg_marquardt import minimise
 from rtctl.identification.noise.residual_noise import NoiseModel
-from rtctl.identification.scales import estimate_scales
-from rtctl.identification.simulation_error.segments import Segment, SegmentCost
-from rtctl.identification.simulation_error.sensitivity import Sensitivity
+from rtctl.identification.simulation_error.record_unknowns import fit_record_unknowns
 
 DEFAULTS = SearchThresholds()
 
@@ -215,11 +212,11 @@ def simulate_free_run(
     own = [k for k, one in enumerate(simulation.parameters) if one.declared.per_record and not one.fixed]
     start = None
     if simulation.state or own:
-        unknowns = _fit_own_unknowns(simulation, record, _cut_record(record, output, within), limits)
-        start, values[own] = (
-            np.atleast_2d(unknowns[: len(simulation.state)]),
-            unknowns[len(simulation.state) :],
-        )
+        found = fit_record_unknowns(
+            simulation, record, _cut_record(record, output, within),
+            iterations=limits.free_run_iterations, tolerance=limits.free_run_tolerance,
+        )  # fmt: skip
+        start, values[own] = np.atleast_2d(found.start), found.own
     try:
         return simulation.predict(record.stimulus, values, start)
     except ValueError:  # no sensible step resolves the model at this record's amplitude
@@ -231,28 +228,6 @@ def _cut_record(record: FitRecord, output: str, within: float) -> FitRecord:
     """Return the initial share `within` of the scored samples, of one output."""
     alone = replace(record, measured={output: record.measured[output]})
     return alone.truncate(record.first + round(within * (record.samples - record.first)))
-
-
-def _fit_own_unknowns(
-    simulation: Simulation, record: FitRecord, seen: FitRecord, limits: SearchThresholds
-) -> FloatArray:
-    """Fit the initial state and the record's own parameters (states + parameters,), in units, to `seen`."""
-    values = np.array([parameter.value for parameter in simulation.parameters])
-    own = [k for k, one in enumerate(simulation.parameters) if one.declared.per_record and not one.fixed]
-    start = simulation.starting(record.stimulus, values)
-    scales, (output,) = estimate_scales([record], next(iter(record.measured))), seen.measured
-    unknowns = np.append(start, values[own])
-    cost = SegmentCost(
-        sensitivity=Sensitivity.of(simulation, [seen], own, scales=scales, record_parameters=own),
-        segments=[Segment(seen, unknowns, False, start if record.first else None)],
-        sigma=np.array([float(seen.measured[output].std()) or 1.0]),
-    )
-    nothing = np.empty(0)
-    reached = minimise(
-        cost.equations, cost.start(nothing), nothing, nothing,
-        iterations=limits.free_run_iterations, tolerance=limits.free_run_tolerance,
-    )  # fmt: skip
-    return unknowns if reached is None else cost.state(0, reached.unknowns)
 
 
 def _rms(errors: Sequence[FloatArray]) -> float:

@@ -19,7 +19,7 @@ from rtctl.identification.equations.writing import write_fitted
 from rtctl.identification.fit import Fit, FitError
 from rtctl.identification.fit_record import FitRecord, make_fit_record, select_fit_records
 from rtctl.identification.hold_comparison import HoldDoubt, compare_holds
-from rtctl.identification.least_squares.levenberg_marquardt import Minimum, minimise
+from rtctl.identification.least_squares.levenberg_marquardt import Minimum, Unknowns, minimise
 from rtctl.identification.residual_words import NO_INTERVALS, lacks_something
 from rtctl.identification.simulation_error.inference import infer
 from rtctl.identification.simulation_error.output_error import (
@@ -29,6 +29,7 @@ from rtctl.identification.simulation_error.output_error import (
     compute_signal_sizes,
     polish,
 )
+from rtctl.identification.simulation_error.record_unknowns import LOST, fit_record_unknowns
 from rtctl.identification.simulation_error.segments import Segment, SegmentCost
 from rtctl.identification.simulation_error.sensitivity import Sensitivity
 from rtctl.identification.threads import open_thread_pool
@@ -44,6 +45,13 @@ NOT_TRUSTED = (
     "equations lack. If it names nothing, give better values to start from, or bounds (low, high); check the "
     "sample rate and the units, and that inputs and outputs are not swapped and belong together"
 )
+STARTS_ELSEWHERE = (
+    "test record {}: from the model's start its free run loses it; its error is that of a run from a start that was "
+    "fitted to the record itself (where you know it, say it: initial in its [[records]])"
+)
+ITERATIONS_OF_START, TOLERANCE_OF_START = 12, 1e-6
+MOST_STARTS_SOUGHT, LEAST_GAIN = 3, 0.99
+"""How often the starts of records that are lost are looked for, and the cost, over that before, to look again."""
 HELD = (
     "these data cannot tell {} apart, and no other input would: only combinations of them act on what is measured. {}, "
     "as in the model file, and the others are right for that; fix the one that you know best (fixed = true), or "
@@ -116,6 +124,7 @@ def identify_equations(
     if trusted:
         report("comparing holds of the inputs", 1.0)
         doubt = compare_holds(fit, records, partial(_fit_again, options=options), dataset.path)
+    tested, starts = _test(build(fitted, dataset.units, source), dataset)
     return EquationsFit(
         model=fitted,
         fit=fit,
@@ -126,9 +135,10 @@ def identify_equations(
             *held,
             *((doubt.text,) if doubt.text else ()),
             *fit.describe_doubts(with_errors=trusted and not lacking),
+            *starts,
         ),
         records=records,
-        tested=_test(build(fitted, dataset.units, source), dataset),
+        tested=tested,
         trusted=trusted,
         correction=doubt.correction,
     )
@@ -205,13 +215,37 @@ def _fit(
 
 
 def _minimised(cost: SegmentCost, start: FloatArray, options: FitOptions) -> Minimum | None:
-    """Return the minimum that some iterations reach from full parameters `start`; None where the model diverges."""
+    """Return the minimum that some iterations reach from full parameters `start`; None where the model diverges.
+
+    Where a record is lost, its start is looked for at the values that were reached, and the fit goes on from there.
+    """
     low, high = cost.sensitivity.bounds
-    shared = np.clip(start[cost.sensitivity.free] / cost.sensitivity.scale, low, high)
-    return minimise(
-        cost.equations, cost.start(shared), low, high,
-        iterations=options.screening_iterations, second_derivative=cost.compute_second_derivative,
-    )  # fmt: skip
+    best: Minimum | None = None
+    begin = cost.start(np.clip(start[cost.sensitivity.free] / cost.sensitivity.scale, low, high))
+    for _ in range(1 + MOST_STARTS_SOUGHT):
+        found = minimise(
+            cost.equations, begin, low, high,
+            iterations=options.screening_iterations, second_derivative=cost.compute_second_derivative,
+        )  # fmt: skip
+        if found is None or (best is not None and found.equations.cost > LEAST_GAIN * best.equations.cost):
+            break
+        best = found
+        if not cost.sensitivity.simulation.state or _share_left(cost, found) <= MAX_RESIDUAL_SHARE:
+            break
+        begin = _with_sought_starts(cost, found)
+    return best
+
+
+def _with_sought_starts(cost: SegmentCost, found: Minimum) -> Unknowns:
+    """Return the unknowns of a minimum, with starts of the records that are sought at its parameters."""
+    simulation = cost.sensitivity.simulation.with_values(cost.sensitivity.values(found.unknowns.shared))
+    starts = [
+        fit_record_unknowns(
+            simulation, one.record, one.record, iterations=ITERATIONS_OF_START, tolerance=TOLERANCE_OF_START,
+        ).start
+        for one in cost.segments
+    ]  # fmt: skip
+    return found.unknowns._replace(local=np.array(starts) / cost.sensitivity.state_scale)
 
 
 def _share_left(cost: SegmentCost, found: Minimum) -> float:
@@ -264,21 +298,46 @@ def _check_records(
             raise InputError(f"{source}: on record {one.name}: {error}") from None
 
 
-def _test(simulation: Simulation, dataset: Dataset) -> dict[str, dict[str, float]]:
-    """Return the RMS error of the free run of each test record by output; infinite where it diverges."""
+def _test(simulation: Simulation, dataset: Dataset) -> tuple[dict[str, dict[str, float]], tuple[str, ...]]:
+    """Return the RMS error of each test record's free run by output, infinite where it diverges, and notes on starts.
+
+    A run that loses the record from the model's start is done again from one that is fitted to the record.
+    """
     found: dict[str, dict[str, float]] = {}
-    values = np.array([one.value for one in simulation.parameters])
+    elsewhere = []
     for record in dataset.used_for("test"):
         one = make_fit_record(record, dataset.holds)
-        try:
-            run = simulation.predict(one.stimulus, values)
-        except ValueError:
-            run = None
-        found[one.name] = {
-            name: np.inf
-            if run is None or run.diverged_at[0] >= 0
-            else float(np.sqrt(np.mean((run.outputs[name][0] - measured)[one.first :] ** 2)))
-            for name, measured in one.measured.items()
-            if name in simulation.outputs
-        }
-    return found
+        read = {name: values for name, values in one.measured.items() if name in simulation.outputs}
+        one = replace(one, measured=read)
+        errors, lost = _free_run_errors(simulation, one)
+        if lost and simulation.state:
+            from_fitted = _free_run_errors(simulation, one, fitted=True)
+            if sum(from_fitted[0].values()) < sum(errors.values()):
+                errors = from_fitted[0]
+                elsewhere.append(record.name)
+        found[one.name] = errors
+    return found, tuple(STARTS_ELSEWHERE.format(name) for name in elsewhere)
+
+
+def _free_run_errors(
+    simulation: Simulation, record: FitRecord, *, fitted: bool = False
+) -> tuple[dict[str, float], bool]:
+    """Return the RMS error of a free run by output, and whether it lost the record; `fitted`: from a fitted start."""
+    values = np.array([one.value for one in simulation.parameters])
+    try:
+        start = None
+        if fitted:
+            start = fit_record_unknowns(
+                simulation, record, record, iterations=ITERATIONS_OF_START, tolerance=TOLERANCE_OF_START
+            ).start
+        run = simulation.predict(record.stimulus, values, start)
+    except ValueError:
+        return dict.fromkeys(record.measured, np.inf), True
+    if run.diverged_at[0] >= 0:
+        return dict.fromkeys(record.measured, np.inf), True
+    errors = {
+        name: float(np.sqrt(np.mean((run.outputs[name][0] - measured)[record.first :] ** 2)))
+        for name, measured in record.measured.items()
+    }
+    lost = any(rms > LOST * record.measured[name][record.first :].std() for name, rms in errors.items())
+    return errors, lost

@@ -51,6 +51,7 @@ from rtctl.measured.proposal.survey import Survey
 from rtctl.measured.proposal.sweeps import find_sweep, propose_sweeps
 from rtctl.measured.proposal.uses.staircases import Use, doubts_about_uses, look_at_staircase, propose_uses
 from rtctl.measured.stated_unit import NamedScale
+from rtctl.measured.units import is_one
 from rtctl.registry import PlantKind, plant_kind
 
 NO_STAIRCASE = (
@@ -209,6 +210,8 @@ def _signals(
         column = survey.columns[choice.column]
         reading = read_column(column)
         unit = _unit(given.get(name), name, reading.unit)
+        if not (unit.text or unit.doubt) and is_one(kind.signals[name].like):
+            unit = Unit("1", "as in the model, since nobody states one")
         scale = scale_of(scales, name, choice.column, unit.text)
         if scale is not None:
             unit = Unit(scale.unit, scale.why)

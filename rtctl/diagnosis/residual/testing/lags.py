@@ -23,7 +23,8 @@ def lagged_series(simulated: FloatArray, problem: Problem, index: int) -> FloatA
     record = problem.records[index]
     y = simulated - simulated.mean(axis=1, keepdims=True) if problem.subject.size_is_variation else simulated
     y = y / np.sqrt(np.mean(y**2, axis=1, keepdims=True) + 1e-300)
-    u = record.stimulus.inputs[problem.subject.drive][record.first :] / (problem.scales.drive or 1.0)
+    drive = record.stimulus.inputs.get(problem.subject.drive, np.zeros(record.samples))
+    u = drive[record.first :] / (problem.scales.drive or 1.0)
     lag = max(1, round(problem.subject.lag_s(problem.scales) / record.period_s))
     lagged = []
     for k in range(problem.thresholds.residual.memory_lags):
