@@ -18,6 +18,7 @@ from rtctl.diagnosis.nominal_fit.misfit.allowed_misfit import allow_misfit
 from rtctl.diagnosis.nominal_fit.nominal_fit import NominalFit, fit_nominal
 from rtctl.diagnosis.nominal_fit.parameter_shift import note_common_starts, note_large_shifts
 from rtctl.diagnosis.nominal_fit.predictability import cut_unpredictable_tests
+from rtctl.diagnosis.nominal_fit.quiet_drive import take_off_drive_noise
 from rtctl.diagnosis.nominal_fit.segmentation import cut_test_strokes
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subjects import subjects_of_model
@@ -26,7 +27,7 @@ from rtctl.diagnosis.report.causes import name_causes
 from rtctl.diagnosis.report.changed_signal import explain_by_changed_signals
 from rtctl.diagnosis.report.file_value import explain_by_file_value
 from rtctl.diagnosis.report.nearest_cause import describe_nearest_cause
-from rtctl.diagnosis.report.remarks import doubt_delays, doubt_kind, remark
+from rtctl.diagnosis.report.remarks import describe_taken_noise, doubt_delays, doubt_kind, remark
 from rtctl.diagnosis.report.rounding import explain_by_steps
 from rtctl.diagnosis.report.same_laws import find_same_laws, tell_readings_at_the_end
 from rtctl.diagnosis.residual.localization import localize_residual
@@ -140,6 +141,12 @@ def diagnose(
             dataset, model, problem, tests, fitted, options, report, subject.stated_misfit(model, dataset)
         )
         first = asked.fit(data.simulation)
+        quiet = take_off_drive_noise(problem, tests, first.nominal) if first.uncut else None
+        if quiet is not None:
+            problem, tests, heard = quiet
+            asked = asked._replace(whole=problem, tests=tests)
+            first = asked.fit(data.simulation)
+            notes = (*notes, describe_taken_noise(heard, subject.drive, dataset.units[subject.drive]))
         budget = tell_time(asked.allow(first), first.nominal, budget, report)
         searched = search_longer_parts(
             asked.search(first, budget),

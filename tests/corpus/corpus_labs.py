@@ -78,6 +78,11 @@ TIMES = (
     Situation("rows that a counter misses", text(counted(*range(300, 340))), Right(remark='"sample" counts the rows and misses 40, first before row 300', rows=560, fewest=560, lost=np.delete(K, np.arange(300, 340)))),
     Situation("LabVIEW's increment of 1 s beside a time", tdms({"wf_increment": 1.0}, t=T, u=U, x=X), Right(remark="as programs do where nobody set it"), {"inputs": "u:V", "outputs": {"displacement": "x:mm"}, "time": "t:s"}),
 )  # fmt: skip
+NAMED = (
+    Situation("minutes at the end of a name", text("Zeit_min,u [V],x [mm]\n" + table(T / 60.0, U, X, form="{:.12g}")), RIGHT),
+    Situation("a count of rows that is called an index in Spanish", text("; Frecuencia de muestreo: 1 kHz\nindice;u_V;x_mm\n" + table(K.astype(float), U, X, separator=";")), Right(remark="1000 Hz")),
+    Situation("rows that are lost, with how many and where", text("t [s],u [V],x [mm]\n" + table(np.delete(T, [100, 300]), np.delete(U, [100, 300]), np.delete(X, [100, 300]))), Right(remark="2 rows are missing, first before row 100", fewest=0, lost=np.delete(K, [100, 300]), within=0.02)),
+)  # fmt: skip
 RATES = (
     Situation("PicoScope's Tinterval", mat(Tinterval=1e-3, A=U, B=X), Right(remark="1000 Hz"), {"inputs": "A:V", "outputs": {"displacement": "B:mm"}}),
     Situation("PicoScope's Tinterval, contradicted", mat(Tinterval=1e-3, A=U, B=X), refused("r.mat", "Tinterval", "--time -"), {"inputs": "A:V", "outputs": {"displacement": "B:mm"}, "sample_rate_hz": 500.0}),
@@ -104,4 +109,4 @@ PLACES = (
     Situation("a unit of the group of its array", made("r.h5", grouped), RIGHT),
     Situation("marks of thousands among whole numbers", text("t [s]\tu [V]\tx [um]\n" + table([f"{one:.3f}" for one in T], [f"{one:.6f}" for one in U], MARKED, separator="\t"), "r.txt"), refused("r.txt", "marks of thousands", "export the file without")),
 )  # fmt: skip
-SITUATIONS = (*UNITS, *TIMES, *RATES, *ACQUISITIONS, *LOGARITHMS, *PLACES)
+SITUATIONS = (*UNITS, *TIMES, *NAMED, *RATES, *ACQUISITIONS, *LOGARITHMS, *PLACES)

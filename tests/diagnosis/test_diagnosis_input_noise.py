@@ -84,3 +84,25 @@ def test_constant_and_short_inputs_hold_no_noise() -> None:
     assert not separate_noise(np.zeros(5000)).any()
     assert separate_noise(np.full(5000, 3.0)).std() < 1e-12
     assert separate_noise(np.empty(0)).size == 0
+
+
+def blows(seed: int) -> NDArray[np.float64]:
+    """Blows of an impact hammer, two samples wide, with nothing between them [V]."""
+    random, drive = np.random.default_rng(seed), np.zeros(SAMPLES)
+    for at in range(60, SAMPLES - 500, 700):
+        drive[at + random.integers(0, 40) + np.arange(5)] = (
+            random.uniform(30.0, 50.0) * np.sin(np.pi * np.arange(1, 6) / 6.0) ** 2
+        )
+    return drive
+
+
+def test_a_hammer_whose_cell_is_noisy_has_no_dead_zone(tmp_path: Path) -> None:
+    """A dead zone would silence the noise between the blows, which the device never felt."""
+    plant, made = device(damping=(6.0, "1/s")), []
+    for seed, use in ((1, "fit"), (2, "fit"), (3, "test")):
+        struck = blows(seed)
+        read = struck + 0.03 * np.random.default_rng(200 + seed).standard_normal(SAMPLES)
+        made.append((read, measured(plant, struck, 0.0004), use))
+    found = answer_to(tmp_path, made, "drive.deadband,friction.coulomb,damping.quadratic")
+    assert (found["verdict"], found["causes"]) == ("adequate", [])
+    assert any("it is taken off the drive here" in note for note in found["warnings"]), found["warnings"]

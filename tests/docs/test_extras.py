@@ -40,6 +40,7 @@ WITHOUT = {
     "rtctl.diagnosis.report.pictures",
     "rtctl.live_page.streams.channels",
     "rtctl.measured.readers.tdms",
+    "rtctl.measured.readers.tdms_segments",
     "rtctl.measured.readers.hdf5_storage.links",
     "rtctl.measured.readers.hdf5_storage.origins",
     "rtctl.measured.readers.hdf5_storage.presence",

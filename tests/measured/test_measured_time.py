@@ -14,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from measured_files import uff58, write_tdms, write_uff
 
+import rtctl
 from rtctl.border.errors import InputError
 from rtctl.measured import Dataset, open_dataset, read_dataset
 from rtctl.measured.columns.time_axis import uniform_period
@@ -324,3 +325,10 @@ def test_a_time_column_is_held_against_the_rate_that_the_file_states(
         InputError, match=r'the file states 1000 Hz for column "drive".*time column "t" goes on at 500 Hz'
     ):
         read_dataset(oscillator(TDMS, (RATE, 'time = "t"')))
+
+
+def test_dates_are_not_said_to_be_seconds_that_nobody_stated(tmp_path: Path) -> None:
+    rows = "".join(f"2026-03-04 09:{k // 30:02d}:{2 * (k % 30):02d},{k % 7},{k % 5}\n" for k in range(200))
+    (tmp_path / "slow.csv").write_text("Horodatage,u [V],x [mm]\n" + rows)
+    made = rtctl.init(tmp_path / "slow.csv", plot=False)
+    assert [one for one in rtctl.read_dataset(made.path).remarks if "as nothing says otherwise" in one] == []

@@ -8,6 +8,7 @@ from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.report.words.plain_words import words_of_coordinate, words_of_test
 from rtctl.diagnosis.residual.bursts import describe_bursts, simulation_errors
 from rtctl.diagnosis.residual.filtered_readings import describe_filters
+from rtctl.diagnosis.residual.input_noise import InputNoise
 from rtctl.diagnosis.residual.localization import localize_residual
 from rtctl.diagnosis.residual.noise_floor import residual_over_noise
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
@@ -37,6 +38,11 @@ INPUT_NOISE = (
     "or the command as input, would leave less"
 )
 
+TAKEN_NOISE = (
+    "the recorded {name} holds noise of {rms:.2g} {unit} (RMS) or more that the device did not feel: it is taken off "
+    "the {name} here, as only the simulation would answer it ({left:.0%} of the residual, RMS). Nothing of the "
+    "device is wrong there; a quieter reading of the {name} would leave less"
+)
 DELAY_DOUBT = (
     "{id} is uncertain by half a sample, {half}, beyond its interval as long as it is not known how the {signal} goes "
     'on between its samples: hold = "linear" in the manifest is a guess where nothing shows it, and a drive that a '
@@ -94,6 +100,11 @@ def remark(
         p = f"= {sharpest.p_value:.2g}" if sharpest.p_value >= least else f"< {least:.0e}"
         notes.append(FAILED_TEST.format(len(search.chosen.tests), words_of_test(sharpest.name), p))
     return notes
+
+
+def describe_taken_noise(found: InputNoise, name: str, unit: str) -> str:
+    """Return the note on noise that was taken off the input `name` [unit] before causes were looked for."""
+    return TAKEN_NOISE.format(name=name, rms=found.share * found.rms, unit=unit, left=found.left)
 
 
 def doubt_kind(search: SearchResult, problem: Problem) -> str:

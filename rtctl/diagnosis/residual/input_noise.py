@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
+from scipy.ndimage import binary_dilation, uniform_filter1d
 from scipy.signal import detrend
 from scipy.signal.windows import hann
 
@@ -33,6 +33,11 @@ QUIETEST = 0.05
 """Share of all bands and pieces that is taken as quiet at first."""
 AT_FLOOR = 2.0
 """Power over the floor up to which a band holds nothing else."""
+BLOW, AT_REST, AROUND = 20.0, 4.0, 3
+"""Peak of an input of blows and the largest value of its noise between them, over that noise (RMS, by the median), and
+samples around a blow that are left to it."""
+ALIKE = 0.3
+"""Correlation of neighbouring samples between blows, in size, up to which nothing but noise is there."""
 LEAST_FLOOR = 1e-9
 """Noise over the input (RMS) that no instrument has: below it the input is a computed one."""
 
@@ -99,13 +104,26 @@ def separate_noise(values: FloatArray) -> FloatArray:
 
     The spectrum of each of many short pieces is compared with the floor of all: what is at the floor is noise, of what
     is above it the share that the floor has (Wiener). Mean and slope of a piece are signal. Long pieces tell slow
-    noise, short ones avoid the edges of steps: those count that separate most.
+    noise, short ones avoid the edges of steps: those count that separate most. Between blows all is noise.
     """
     rms = float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
     if not 0.0 < rms < np.inf:
         return np.zeros(len(values))
     parts = [_separate(values, length, LEAST_FLOOR * rms) for length in PIECES if 4 * length <= len(values)]
+    parts.append(_between_blows(values))
     return max(parts, key=lambda one: float(one @ one), default=np.zeros(len(values)))
+
+
+def _between_blows(values: FloatArray) -> FloatArray:
+    """Return the noise (n,) of an input that rests between short blows; zeros of any other input."""
+    rest = values - np.median(values)
+    size = 1.4826 * float(np.median(np.abs(rest)))
+    struck = np.abs(rest) > AT_REST * size
+    if not 0.0 < BLOW * size < np.abs(rest).max() or struck.mean() > 0.5:
+        return np.zeros(len(values))
+    noise: FloatArray = np.where(binary_dilation(struck, iterations=AROUND), 0.0, rest)
+    alike = float(noise[1:] @ noise[:-1]) / max(float(noise @ noise), 1e-300)
+    return noise if abs(alike) < ALIKE else np.zeros(len(values))
 
 
 def _separate(values: FloatArray, length: int, least: float) -> FloatArray:

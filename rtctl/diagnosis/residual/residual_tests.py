@@ -87,9 +87,20 @@ def run_residual_tests(
         tests.append(repeats)
     if is_numerical(hypothesis, problem):
         tests = [test._replace(p_value=1.0) for test in tests]
-    return TestedHypothesis(
+    tested = TestedHypothesis(
         hypothesis, analysis.directions, analysis.projected, analysis.noise, tuple(tests), input_noise
     )
+    return _without_drive_noise(tested, problem)
+
+
+def _without_drive_noise(tested: TestedHypothesis, problem: Problem) -> TestedHypothesis:
+    """Return a residual that is no finding where it is what noise leaves that was taken off the drive in part."""
+    rest = problem.thresholds.residual.unseparated_noise * problem.taken_off
+    projected = tested.projected
+    excess = projected.residual / max(projected.samples - projected.rank, 1) - 1.0
+    if not excess < rest:
+        return tested
+    return tested._replace(tests=tuple(test._replace(p_value=1.0) for test in tested.tests))
 
 
 def is_numerical(hypothesis: Hypothesis, problem: Problem) -> bool:

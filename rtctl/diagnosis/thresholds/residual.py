@@ -75,6 +75,11 @@ class ResidualThresholds:
     input_noise_shares: tuple[float, float] = (0.3, 1.5)
     """Shares of the noise at the recorded input's floor between which what the device did not feel may lie. All of it
     is 1; the separation is not exact, and a source's own noise is felt."""
+    unfelt_noise_shares: tuple[float, float] = (0.7, 1.3)
+    """The same, between which all of it is taken off the drive before causes are looked for."""
+    unseparated_noise: float = 0.1
+    """Share of the squares of a drive's noise that may stay where it is taken off: what it makes is no finding, and no
+    cause's support."""
     least_input_noise: float = 16.0
     """Squares of the whitened residual that its response must take: four standard errors."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,6 +17,13 @@ from rtctl.identification.fit import Fit, FitError
 from rtctl.identification.fit_record import FitRecord, select_fit_records
 from rtctl.identification.hold_comparison import HoldDoubt, compare_holds
 from rtctl.identification.oscillator.refit import make_refit
+from rtctl.identification.oscillator.standing_reading import (
+    BETTER,
+    DISPLACEMENT,
+    describe_taken,
+    find_standing_reading,
+    with_sensor_offset,
+)
 from rtctl.identification.oscillator.start_values import Starts, generate_starts
 from rtctl.identification.oscillator.writing import (
     KIND,
@@ -110,14 +118,20 @@ def identify_oscillator(
     records = select_usable_records(dataset)
     undriven = model is None and _is_undriven(records)
     start = model or make_nominal_model(build, dataset.units, without=("drive_gain",) if undriven else ())
-    simulation = build(start, dataset.units, source)
-    if all(parameter.fixed for parameter in simulation.parameters):
-        raise InputError(f"{source}: every parameter is fixed or missing: there is nothing to fit")
-    _check_number_of_samples(dataset, records, simulation)
-    report("start values", 0.0)
-    starts = generate_starts(simulation, records, options.starts, options.seed, trust_own=model is not None)
-    fit, reason, free_share = _fit_by_suitable_method(simulation, records, starts, options, report)
-    doubt = _describe_doubt(_compute_residual_share(fit, records, without_mean=True), free_share)
+    taken = _fit_from(start, records, dataset, build, options, source, report, trust_own=model is not None)
+    standing = find_standing_reading(records) if model is None else None
+    noted = ""
+    if standing is not None:
+        report("fitting with a sensor whose zero is elsewhere", 0.5)
+        unit = dataset.units[DISPLACEMENT]
+        other = _fit_from(
+            with_sensor_offset(start, standing[0], unit), records, dataset, build, options, source, report
+        )
+        shares = [_compute_residual_share(one.fit, records) for one in (other, taken)]
+        if shares[0] < BETTER * shares[1]:
+            taken, noted = other, describe_taken(standing, unit, *shares)
+    start, fit, starts = taken.start, taken.fit, taken.starts
+    doubt = _describe_doubt(_compute_residual_share(fit, records, without_mean=True), taken.free_share)
     lacking = not doubt and _lacks_something(fit, records)
     held = HoldDoubt()
     if not (doubt or _is_undriven(records)):
@@ -129,17 +143,51 @@ def identify_oscillator(
         trusted=not doubt,
         fit=fit,
         weak=starts.weak,
-        reason=reason,
+        reason=taken.reason,
         warnings=(
             *((NOT_TRUSTED.format(left=doubt),) if doubt else ()),
             *((NO_INTERVALS.format(left=100.0 * _compute_residual_share(fit, records)),) if lacking else ()),
             *((UNDRIVEN,) if undriven else ()),
+            *((noted,) if noted else ()),
             *((held.text,) if held.text else ()),
             *collect_warnings(fit, with_displacement(dataset.units), with_errors=not (doubt or lacking)),
         ),
         records=records,
         correction=held.correction,
     )
+
+
+class _Taken(NamedTuple):
+    """A fit from a start model."""
+
+    start: ModelFile
+    fit: Fit
+    starts: Starts
+    reason: str
+    free_share: float
+
+
+# 7 parameters because a fit needs its data, its model and how it is done
+def _fit_from(  # noqa: PLR0913
+    start: ModelFile,
+    records: tuple[FitRecord, ...],
+    dataset: Dataset,
+    build: Build,
+    options: OscillatorFitOptions,
+    source: str,
+    report: ReportProgress,
+    *,
+    trust_own: bool = False,
+) -> _Taken:
+    """Fit what is free in a start model. Raises InputError where nothing is, or there are too few samples for it."""
+    simulation = build(start, dataset.units, source)
+    if all(parameter.fixed for parameter in simulation.parameters):
+        raise InputError(f"{source}: every parameter is fixed or missing: there is nothing to fit")
+    _check_number_of_samples(dataset, records, simulation)
+    report("start values", 0.0)
+    starts = generate_starts(simulation, records, options.starts, options.seed, trust_own=trust_own)
+    fit, reason, free_share = _fit_by_suitable_method(simulation, records, starts, options, report)
+    return _Taken(start, fit, starts, reason, free_share)
 
 
 def _describe_doubt(left: float, free_share: float) -> str:
@@ -205,19 +253,19 @@ def _fit_by_suitable_method(
     free_run = fit_output_error(simulation, records, options.fit, starts=starts, report=report)
     left = _compute_residual_share(free_run, records)
     if left <= MAX_RESIDUAL_SHARE:
-        return free_run, f"free runs leave {100.0 * left:.2g} % of the data unexplained", np.nan
+        return free_run, f"free runs leave {100.0 * left:.2g} % of the motion", np.nan
     short = fit_multiple_shooting(simulation, records, shooting, starts=starts, report=report)
     follows = _compute_residual_share(short, records)
     if follows < 0.5 * left:
         reason = (
-            f"fitted in segments of a period, which leave {100.0 * follows:.2g} % of the motion unexplained: free runs "
+            f"fitted in segments of a period, which leave {100.0 * follows:.2g} % of the motion: free runs "
             f"over whole records leave {100.0 * left:.2g} % (they end in another "
             "well, or the start model is too far off)"
         )
         return short, reason, _compute_free_share(short, records, options)
     return (
         free_run,
-        f"neither free runs nor segments follow the data ({100.0 * left:.2g} % unexplained)",
+        f"neither free runs nor segments follow the data ({100.0 * left:.2g} % of the motion is left)",
         np.nan,
     )
 

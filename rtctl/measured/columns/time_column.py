@@ -48,6 +48,8 @@ class TimeColumn(NamedTuple):
     """Seconds (n,), those of epochs and dates since the first row."""
     resolution_s: float
     """Step [s] to which the stamps are rounded."""
+    of_dates: bool = False
+    """Whether they are dates or times of day, whose unit nobody has to state."""
 
 
 def choose_time_unit(manifest: str | None, stated: str | None, name: str) -> TimeUnit:
@@ -167,7 +169,8 @@ def _of_dates(dates: NDArray[Any], name: str, first_row: int) -> TimeColumn:
     tick = np.array(1, dtype=f"timedelta64[{np.datetime_data(dates.dtype)[0]}]")
     ticks = (dates - dates[0]) / tick
     tick_s = float(tick / np.timedelta64(1, "s"))
-    return TimeColumn(np.ascontiguousarray(ticks * tick_s), tick_s * max(decimal_step(ticks), 1.0))
+    resolution_s = tick_s * max(decimal_step(ticks), 1.0)
+    return TimeColumn(np.ascontiguousarray(ticks * tick_s), resolution_s, of_dates=True)
 
 
 def _as_iso(words: list[str]) -> list[str]:

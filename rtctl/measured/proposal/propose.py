@@ -238,7 +238,11 @@ def _signals(
             unsure.append(f'{name}: column "{choice.column}": {reading.doubt}')
         read[name] = reading.unit
         role = kind.signals[name].role
-        held = find_hold(answers.hold, name, column.values, survey.texts) if role == "input" else None
+        held = (
+            find_hold(answers.hold, name, column.name, column.values, survey.texts)
+            if role == "input"
+            else None
+        )
         unsure += held.doubts if held else ()
         found.append(SignalGuess(name=name, role=role, column=choice.column, why=choice.why, unit=unit.text,
                                  unit_source=unit.source, certain=choice.certain,

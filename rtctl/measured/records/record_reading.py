@@ -140,7 +140,7 @@ def read_record(reading: Reading, k: int, name: str) -> Record | None:
         return None
     with reading.findings.under(where):
         period_s, signals = _on_time_base(reading, entry, columns, time)
-        if time is not None and entry.time is not None:
+        if time is not None and entry.time is not None and not time.of_dates:
             unit = _time_unit(reading, entry)
             span_s = float(time.time_s[-1] - time.time_s[0])
             if remark := remark_on_period(period_s, span_s, unit, reading.time_column(entry) or ""):

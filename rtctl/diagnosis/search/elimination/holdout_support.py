@@ -47,7 +47,8 @@ def drop_unsupported(
         The outcome without those causes, and their ids.
     """
     dropped: list[str] = []
-    least = problem.thresholds.search.least_support
+    unseparated = problem.thresholds.residual.unseparated_noise * problem.taken_off
+    least = problem.thresholds.search.least_support + unseparated
     nominal, chosen = result.nominal.hypothesis, result.chosen.hypothesis
     while tests and not budget.spent and _causes(result):
         reduced = _list_reduced(result, chosen, problem)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import NamedTuple
 
@@ -19,7 +20,16 @@ SAID = "you said so"
 UNSEEN = (
     '{name}: how it goes on between its rows cannot be seen, as it changes from row to row: hold = "linear" (straight '
     "lines) is taken; where a converter holds each value until the next one, say --hold zero, or the model is off by "
-    "half a sample of delay"
+    "half a sample of delay; where it was measured behind a filter against aliasing, --hold band-limited is closer"
+)
+COMMAND = re.compile(
+    r"(?:^|[\W_])(?:cmd|command(?:ed)?|set_?point|sollwert|stellgr(?:ö|oe)(?:ß|ss)e|consigne|mando|dac|ao)\d*(?=$|[\W_])",
+    re.IGNORECASE,
+)
+"""Names of a number that a converter puts out, and holds until the next one."""
+CALLED_COMMAND = (
+    '{name}: its column "{column}" is called a command, which a converter holds until the next one: hold = "zero" is '
+    "taken; where it was measured, say --hold linear, or the model is off by half a sample"
 )
 READ_AT_THE_END = (
     "{name}: a recorded run; in lockstep its readings are of the end of their row's period, one row earlier than "
@@ -35,12 +45,15 @@ class Hold(NamedTuple):
     doubts: tuple[str, ...] = ()
 
 
-def find_hold(said: str | None, name: str, values: FloatArray | None, texts: Mapping[str, str]) -> Hold:
+def find_hold(
+    said: str | None, name: str, column: str, values: FloatArray | None, texts: Mapping[str, str]
+) -> Hold:
     """Return the hold of an input between its samples. Raises InputError for one that is none.
 
     Args:
         said: The user's word.
         name: The input.
+        column: Its column.
         values: Its numbers (n,).
         texts: What the file says in words, by where it stands.
     """
@@ -60,6 +73,8 @@ def find_hold(said: str | None, name: str, values: FloatArray | None, texts: Map
         return Hold("linear", "it does not change")
     if np.mean(steps == 0.0) >= HELD_SHARE:
         return Hold("zero", "it stays and jumps, as the output of a converter does")
+    if COMMAND.search(column):
+        return Hold("zero", "its name says a command", (CALLED_COMMAND.format(name=name, column=column),))
     return Hold(
         "linear", "it changes from row to row, as a measured signal does", (UNSEEN.format(name=name),)
     )

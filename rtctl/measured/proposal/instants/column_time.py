@@ -17,6 +17,7 @@ from rtctl.measured.proposal.instants.told_rate import ToldRate, convert_number,
 from rtctl.measured.proposal.naming.column_units import own_scale, quantity_of, read_column
 from rtctl.measured.proposal.proposal import Open, TimeGuess
 from rtctl.measured.proposal.survey import Column
+from rtctl.measured.stated_unit import time_unit_in_name
 from rtctl.measured.units import check_unit, same_unit
 
 FINEST_DOUBT_S = 0.0101
@@ -71,6 +72,8 @@ def of_column(column: Column, given_unit: str, why: str, told: ToldRate | None) 
     if unit.contradicts:
         text = f'the unit of the time column "{column.name}" is not clear: {unit.doubt}'
         return Time(TimeGuess(column=column.name, unit="s", why=why), opens=(_unit_question(column, text),))
+    if named := time_unit_in_name(column.name):
+        return Time(TimeGuess(column=column.name, unit=named, why=f"{why}; its name ends with {named}"))
     return _of_unknown_unit(column, why, told)
 
 

@@ -17,6 +17,10 @@ ON_LINE = 0.02
 """Largest deviation of stamps from a straight line, in steps, that is their rounding: the rate is then the line's."""
 
 
+LOST_ROW = 1.5
+"""Step, over the usual one, from which on rows are missing."""
+
+
 class Stamps(NamedTuple):
     """What the stamps of a file are."""
 
@@ -50,7 +54,19 @@ def judge_stamps(survey: Survey, parts: Sequence[tuple[int, int]], time: TimeGue
     steps = np.concatenate([np.diff(piece) for piece in pieces])
     usual = float(np.median(steps))
     off = 100.0 * float(np.abs(steps - usual).max()) / usual
-    return Stamps(uneven=f"its steps differ by up to {off:.3g} % from {usual:.6g} s")
+    lost = [
+        (first + int(row), round(float(step) / usual) - 1)
+        for piece, (first, _) in zip(pieces, parts, strict=True)
+        for row, step in enumerate(np.diff(piece), 1)
+        if step > LOST_ROW * usual
+    ]
+    missing = sum(count for _, count in lost)
+    where = (
+        f"; {missing} {'row is' if missing == 1 else 'rows are'} missing, first before row {lost[0][0]}"
+        if lost
+        else ""
+    )
+    return Stamps(uneven=f"its steps differ by up to {off:.3g} % from {usual:.6g} s{where}")
 
 
 def _is_uniform(piece: FloatArray, name: str, first: int, resolution_s: float) -> bool:

@@ -30,6 +30,7 @@ from rtctl.measured.proposal.naming.column_names import WEAK
 from rtctl.measured.proposal.naming.column_units import quantity_of, read_column
 from rtctl.measured.proposal.proposal import Answers, Open, TimeGuess
 from rtctl.measured.proposal.survey import Column, Survey
+from rtctl.measured.stated_unit import time_unit_in_name
 
 _TRIED = ("s", "ms", "us", "ns", "min", "h", "d")
 """Units of a time column of which nobody states one."""
@@ -65,7 +66,8 @@ def find_time(surveys: Sequence[Survey], answers: Answers, homes: Homes = frozen
             _check_near(surveys, rate_hz, f"--time {answers.time}, which gives {in_hz(rate_hz)} Hz", homes)
         return of_column(columns[name], unit, "you said so", told_rate(_without_others(surveys[0], homes)))
     near = [_without_others(survey, homes) for survey in surveys]
-    if answers.time is None and (found := _time_column(near[0])) is not None:
+    found = _time_column(near[0]) if answers.time is None else None
+    if found is not None and not _only_counts(found[0], told_rate(near[0])):
         return _beside_others(near[0], found[0], of_column(found[0], "", found[1], told_rate(near[0])))
     told = _of_files(near)
     return _of_others(surveys[0], answers, told, homes) if told.opens and homes else told
@@ -266,6 +268,14 @@ def _time_column(survey: Survey) -> tuple[Column, str] | None:
     if any(one.name == first and vote == 0.0 for vote, one in voted) and _is_nameless(survey, first):
         return survey.columns[first], "it is the first column, and increases in equal steps"
     return None
+
+
+def _only_counts(column: Column, told: ToldRate | None) -> bool:
+    """Return whether a column without a unit counts the rows of a file that tells their rate."""
+    if told is None or column.values is None or not is_count(column.values):
+        return False
+    unit = read_column(column).unit.text or time_unit_in_name(column.name) or ""
+    return not unit
 
 
 def _is_nameless(survey: Survey, first: str) -> bool:
