@@ -8,14 +8,20 @@ from functools import cache
 from pathlib import Path
 
 import foreign_campaign
-import foreign_grain_sizes
 import foreign_kept_cantilever_generate as films
 import foreign_kept_cantilever_sizes as film_sizes
 import foreign_kept_torsion_generate as balances
 import foreign_kept_torsion_sizes as balance_sizes
-import foreign_response_sizes
 import numpy as np
 import pytest
+from foreign_checks import (
+    DEVICE,
+    NATURAL,
+    RECORD,
+    check_delay_and_tcr,
+    check_null_and_middling,
+    check_turns,
+)
 from foreign_common import Array
 from foreign_device import EFFECTS, Effect, Readings
 from foreign_generate import generate as write_film
@@ -31,10 +37,9 @@ from foreign_kept_torsion_device import EQUATIONS as BALANCE_EQUATIONS
 from foreign_kept_torsion_device import simulate as swing
 from foreign_kept_torsion_styles import draw_bench as balance_bench
 from foreign_oscillator_device import EFFECTS as OSCILLATOR_EFFECTS
-from foreign_oscillator_device import Device, Record
 from foreign_oscillator_device import Effect as OscillatorEffect
+from foreign_oscillator_device import Record
 from foreign_oscillator_generate import generate as write_balance
-from foreign_oscillator_motion import Law
 from foreign_oscillator_sizes import draw_names
 from scipy.integrate import solve_ivp
 from test_foreign_oscillators import COEFFICIENT, VALUES
@@ -44,13 +49,6 @@ from rtctl.measured import read_dataset
 pytestmark = pytest.mark.slow  # the cases are made by hand, and so is what makes them checked
 
 BALANCE, FILM = "torsion_balance", "sputtered_cantilever"
-NATURAL = 2.0 * np.pi * 5.0  # rad/s
-DEVICE = Device(
-    law=Law(damping=NATURAL / 20.0, stiffness=NATURAL**2, cubic=0.0, gain=300.0), period_s=0.01, hold="linear"
-)
-WAVE = np.convolve(np.random.default_rng(5).normal(size=300), np.ones(5) / 2.0, "same")
-RECORD = Record(name="r", use="fit", drive=WAVE - WAVE[0])
-BESIDE = {"actuation.deadband": {"form": "zero"}}
 
 
 def hidden(name: str, size: float, **values: float) -> OscillatorEffect:
@@ -138,7 +136,6 @@ def test_the_balance_is_drawn_and_sized_by_the_rules_of_the_other_oscillators() 
     effect, share = balance_sizes.sized_effect(bench, 5, "sensor.offset", 0.1)
     assert share == pytest.approx(0.1, rel=0.12)  # a constant reading is not to be fitted by anything else
     assert effect.size == pytest.approx(share * bench.rms, rel=0.5)
-    assert balance_sizes.SMALLEST == foreign_response_sizes.SMALLEST
     kinds = foreign_campaign.KINDS
     assert BALANCE in kinds["oscillator"].others
     assert FILM in kinds["vo2"].others
@@ -207,12 +204,7 @@ def test_the_second_mode_is_too_weak_to_be_seen() -> None:
 
 
 def test_a_delay_of_whole_samples_shifts_and_a_heater_with_tcr_settles_at_its_fixed_point() -> None:
-    current, device = np.repeat(np.arange(3.0, 9.0), 20), heated_plate("end")
-    late = simulate(device, current, (Effect(id="actuation.delay", size=2e-3, unit="s"),)).temperature
-    shifted = simulate(device, np.concatenate([[0.0, 0.0], current[:-2]])).temperature
-    np.testing.assert_allclose(late, shifted, rtol=1e-12)
-    hot = simulate(device, np.full(300, 6.0), (Effect(id="heater.tcr", size=2e-3, unit="1/K"),))
-    assert hot.temperature[-1] == pytest.approx(20.0 + 36.0 / (1.0 - 2e-3 * 36.0), rel=1e-9)
+    check_delay_and_tcr(simulate, heated_plate("end"))
 
 
 def test_cells_return_to_where_they_left_and_latent_heat_is_paid_once() -> None:
@@ -259,28 +251,14 @@ def test_the_mixture_is_a_mean_of_its_phases_behind_the_contacts() -> None:
 @pytest.mark.parametrize("name", EFFECTS)
 def test_an_effect_of_size_zero_is_the_null_and_a_middling_one_is_not(name: str) -> None:
     bench, current, null = film_of(1)
-    guess, low, high = film_sizes.first_guess(bench, name, np.random.default_rng(0), current.size)
-    assert low <= guess.size <= high
-    guess = replace(guess, values=guess.values | BESIDE.get(name, {}))
-    zero = simulate(bench.device, current, (replace(guess, size=0.0),))
-    some = simulate(bench.device, current, (guess,))
-    for before, none, after in zip(null, zero, some, strict=True):
-        np.testing.assert_array_equal(none, before)
-        assert np.isfinite(after).all()
-    change = foreign_grain_sizes.both([some]) - foreign_grain_sizes.both([null])
-    spread = np.std(foreign_grain_sizes.both([null]), axis=0)
-    assert np.max(np.sqrt(np.mean(change**2, axis=0)) / spread) > 1e-3
+    guess = film_sizes.first_guess(bench, name, np.random.default_rng(0), current.size)
+    check_null_and_middling(simulate, bench.device, current, null, guess)
     assert set(EQUATIONS) == set(EFFECTS)
 
 
 def test_one_seed_in_six_is_null_one_has_two_and_single_effects_go_round() -> None:
     drawn = [film_sizes.draw_names(FILM, seed) for seed in range(402, 402 + 78)]
-    counts = [count for count, _ in drawn]
-    assert (counts.count(0), counts.count(1), counts.count(2)) == (13, 52, 13)
-    assert all(counts[k : k + 6].count(0) == 1 for k in range(0, 78, 6))
-    first = [tried[0] for count, tried in drawn if count == 1]
-    assert {first.count(name) for name in EFFECTS} == {4}
-    assert film_sizes.SMALLEST == foreign_grain_sizes.SMALLEST
+    check_turns(drawn)
 
 
 @pytest.mark.parametrize("file", ["tdms", "csv in us"])

@@ -13,17 +13,25 @@ import foreign_grain_sizes
 import foreign_response_sizes
 import numpy as np
 import pytest
-from foreign_device import EFFECTS, Effect, Readings
+from foreign_checks import (
+    DEVICE,
+    NATURAL,
+    RECORD,
+    WAVE,
+    change,
+    check_delay_and_tcr,
+    check_null_and_middling,
+    check_turns,
+)
+from foreign_device import EFFECTS, Readings
 from foreign_grain_device import EQUATIONS, SUBSTEPS, GrainDevice, make_grains, simulate
 from foreign_grain_excitations import walk
 from foreign_grain_motion import Film, mixed
 from foreign_grain_styles import STYLES as GRAINS
 from foreign_grain_styles import draw_bench as grain_bench
 from foreign_oscillator_device import EFFECTS as OSCILLATOR_EFFECTS
-from foreign_oscillator_device import Device, Record
 from foreign_oscillator_device import Effect as OscillatorEffect
 from foreign_oscillator_generate import generate
-from foreign_oscillator_motion import Law
 from foreign_oscillator_sizes import draw_names
 from foreign_response_device import follow
 from foreign_response_device import simulate as respond
@@ -36,14 +44,6 @@ from test_foreign_oscillators import COEFFICIENT, VALUES
 from rtctl.measured import read_dataset
 
 pytestmark = pytest.mark.slow  # the cases are made by hand and weekly, and so is what makes them checked
-
-BESIDE = {"actuation.deadband": {"form": "zero"}}
-NATURAL = 2.0 * np.pi * 5.0  # rad/s
-DEVICE = Device(
-    law=Law(damping=NATURAL / 20.0, stiffness=NATURAL**2, cubic=0.0, gain=300.0), period_s=0.01, hold="linear"
-)
-WAVE = np.convolve(np.random.default_rng(5).normal(size=300), np.ones(5) / 2.0, "same")
-RECORD = Record(name="r", use="fit", drive=WAVE - WAVE[0])
 
 
 @cache
@@ -82,12 +82,7 @@ def test_the_film_behind_its_layer_is_the_cascade_of_two_lags() -> None:
 
 
 def test_a_delay_of_whole_samples_shifts_and_a_heater_with_tcr_settles_at_its_fixed_point() -> None:
-    current, device = np.repeat(np.arange(3.0, 9.0), 20), heated_plate("end")
-    late = simulate(device, current, (Effect(id="actuation.delay", size=2e-3, unit="s"),)).temperature
-    shifted = simulate(device, np.concatenate([[0.0, 0.0], current[:-2]])).temperature
-    np.testing.assert_allclose(late, shifted, rtol=1e-12)
-    hot = simulate(device, np.full(300, 6.0), (Effect(id="heater.tcr", size=2e-3, unit="1/K"),))
-    assert hot.temperature[-1] == pytest.approx(20.0 + 36.0 / (1.0 - 2e-3 * 36.0), rel=1e-9)
+    check_delay_and_tcr(simulate, heated_plate("end"))
 
 
 def test_a_mixture_is_between_its_phases_and_percolates_at_its_threshold() -> None:
@@ -138,26 +133,15 @@ def test_a_film_is_metallic_when_hot_and_bends_by_its_deflection(style: str) -> 
 @pytest.mark.parametrize("name", EFFECTS)
 def test_an_effect_of_size_zero_is_the_null_and_a_middling_one_is_not(name: str, style: str) -> None:
     bench, current, null = bench_of(style)
-    guess, low, high = foreign_grain_sizes.first_guess(bench, name, np.random.default_rng(0), current.size)
-    assert low <= guess.size <= high
-    guess = replace(guess, values=guess.values | BESIDE.get(name, {}))
-    zero = simulate(bench.device, current, (replace(guess, size=0.0),))
-    some = simulate(bench.device, current, (guess,))
-    for before, none, after in zip(null, zero, some, strict=True):
-        np.testing.assert_array_equal(none, before)
-        assert np.isfinite(after).all()
-    spread = np.std(foreign_grain_sizes.both([null]), axis=0)
-    change = foreign_grain_sizes.both([some]) - foreign_grain_sizes.both([null])
-    assert np.max(np.sqrt(np.mean(change**2, axis=0)) / spread) > 1e-3
+    guess = foreign_grain_sizes.first_guess(bench, name, np.random.default_rng(0), current.size)
+    check_null_and_middling(simulate, bench.device, current, null, guess)
     assert set(EQUATIONS) == set(EFFECTS)
 
 
 def test_a_step_through_the_layer_is_too_fast_to_be_seen() -> None:
     bench, current, null = bench_of("buckled_bridge")
     other = foreign_grain_generate.without_layer(bench)
-    change = foreign_grain_sizes.both([simulate(other.device, current)]) - foreign_grain_sizes.both([null])
-    spread = np.std(foreign_grain_sizes.both([null]), axis=0)
-    assert np.max(np.sqrt(np.mean(change**2, axis=0)) / spread) < 3e-3
+    assert change(simulate(other.device, current), null) < 3e-3
 
 
 @pytest.mark.parametrize("response", ["displacement", "acceleration"])
@@ -203,11 +187,7 @@ def test_a_lag_of_straight_lines_is_exact() -> None:
 @pytest.mark.parametrize("style", GRAINS)
 def test_one_seed_in_six_is_null_one_has_two_and_single_effects_go_round(style: str) -> None:
     drawn = [foreign_grain_sizes.draw_names(style, seed) for seed in range(402, 402 + 78)]
-    counts = [count for count, _ in drawn]
-    assert (counts.count(0), counts.count(1), counts.count(2)) == (13, 52, 13)
-    assert all(counts[k : k + 6].count(0) == 1 for k in range(0, 78, 6))
-    first = [tried[0] for count, tried in drawn if count == 1]
-    assert {first.count(name) for name in EFFECTS} == {4}
+    check_turns(drawn)
 
 
 @pytest.mark.parametrize("style", RESPONSES)
