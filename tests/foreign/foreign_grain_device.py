@@ -101,6 +101,41 @@ def acting_square(current: Array, period: float, found: dict[str, Effect]) -> Ar
     return np.diff(np.interp(edges, np.arange(energy.size), energy)) * SUBSTEPS
 
 
+def substeps(
+    current_mA: Array, period_s: float, effects: tuple[Effect, ...]
+) -> tuple[dict[str, Effect], float, Array, Array]:
+    """The effects that act, by id; the substep [s]; times [s] of all edges; mean square [mA^2] that acts between."""
+    found = {effect.id: effect for effect in effects if effect.size != 0.0}
+    step = period_s / SUBSTEPS
+    square = acting_square(current_mA, period_s, found)
+    return found, step, np.arange(square.size + 1) * step, square
+
+
+def rows_of(samples: int, convention: str) -> Array:
+    """Numbers of the edges at which the rows are read."""
+    return (0 if convention == "start" else SUBSTEPS) + SUBSTEPS * np.arange(samples)
+
+
+def size_of(name: str, found: dict[str, Effect]) -> float:
+    """Size of an effect, 0 if it is not there."""
+    return found[name].size if name in found else 0.0
+
+
+def with_crosstalk(read: Array, current_mA: Array, convention: str, found: dict[str, Effect]) -> Array:
+    """Resistance [ohm] of the rows with what the current in force until the reading adds."""
+    leak = found.get("sensor.crosstalk")
+    if not leak:
+        return read
+    in_force = np.concatenate([[0.0], current_mA[:-1]]) if convention == "start" else current_mA
+    return read + leak.size * in_force
+
+
+def with_mode(bending: Array, step: float, found: dict[str, Effect]) -> Array:
+    """Deflection [um] at all edges, of a beam whose mode follows the bending."""
+    mode = found.get("structure.resonance")
+    return ring(bending, mode.size, float(mode.values["quality"]), step) if mode else bending
+
+
 def follow(signal: Array, tau: float, step: float) -> Array:
     """First-order lag along the first axis, at rest at the first value; `tau` and `step` in seconds."""
     a = np.exp(-step / tau)
@@ -116,10 +151,8 @@ def ring(signal: Array, natural_period: float, quality: float, step: float) -> A
 
 def simulate(device: GrainDevice, current_mA: Array, effects: tuple[Effect, ...] = ()) -> Readings:
     """Readings of a device that was at rest, cold and without current, before the first row."""
-    found = {effect.id: effect for effect in effects if effect.size != 0.0}
-    step = device.period_s / SUBSTEPS
-    power = device.gain_C_per_mA2 * acting_square(current_mA, device.period_s, found)
-    time = np.arange(power.size + 1) * step
+    found, step, time, square = substeps(current_mA, device.period_s, effects)
+    power = device.gain_C_per_mA2 * square
     room = np.full(time.size, device.ambient_C)
     if drift := found.get("thermal.ambient_drift"):
         grown = 1.0 - np.exp(-time / drift.values["settling_s"])
@@ -131,8 +164,7 @@ def simulate(device: GrainDevice, current_mA: Array, effects: tuple[Effect, ...]
         slow = np.mean([follow(parts, n * device.tau_s, step) for n in CREEP], axis=0)
         parts = (1.0 - creep.size) * parts + creep.size * slow
 
-    first = 0 if device.convention == "start" else SUBSTEPS
-    rows = first + SUBSTEPS * np.arange(current_mA.size)
+    rows = rows_of(current_mA.size, device.convention)
     if lag := found.get("sensor.lag"):
         read = resistances(temperature, room, parts[:, 2:], device.profile, device.film)
         read = follow(read, lag.size, step)[rows]
@@ -142,19 +174,12 @@ def simulate(device: GrainDevice, current_mA: Array, effects: tuple[Effect, ...]
         start = float(age.values["start"]) * time[-1]
         aged = np.log1p(time[rows] / start) / np.log1p(time[-1] / start)
         read = read * (1.0 + age.size * age.values["sign"] * aged)
-    if leak := found.get("sensor.crosstalk"):
-        in_force = current_mA if first else np.concatenate([[0.0], current_mA[:-1]])
-        read = read + leak.size * in_force
-    bending = device.bending(parts[:, 1], temperature)
-    if mode := found.get("structure.resonance"):
-        bending = ring(bending, mode.size, float(mode.values["quality"]), step)
+    read = with_crosstalk(read, current_mA, device.convention, found)
+    bending = with_mode(device.bending(parts[:, 1], temperature), step, found)
     return Readings(read, bending[rows], temperature[rows])
 
 
 def _heat(device: GrainDevice, found: dict[str, Effect], step: float) -> Heat:
-    def size(name: str) -> float:
-        return found[name].size if name in found else 0.0
-
     second = found.get("thermal.second_time_constant")
     return Heat(
         tau=device.tau_s,
@@ -164,8 +189,8 @@ def _heat(device: GrainDevice, found: dict[str, Effect], step: float) -> Heat:
         coupling=device.coupling_K,
         slow_share=second.size if second else 0.0,
         slow=float(second.values["tau2_s"]) if second else 1.0,
-        tcr=size("heater.tcr"),
-        sense=size("sensor.self_heating"),
-        lag=size("hysteresis.rate_dependence"),
-        latent=size("thermal.latent_heat"),
+        tcr=size_of("heater.tcr", found),
+        sense=size_of("sensor.self_heating", found),
+        lag=size_of("hysteresis.rate_dependence", found),
+        latent=size_of("thermal.latent_heat", found),
     )

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from foreign_common import Array
 from foreign_device import Effect, Readings
-from foreign_grain_device import SUBSTEPS, acting_square, follow, ring
+from foreign_grain_device import follow, rows_of, size_of, substeps, with_crosstalk, with_mode
 from foreign_kept_cantilever_motion import Cells, Film, Heat, resistances, warm
 
 CREEP = (6.0, 20.0, 60.0, 180.0, 540.0)  # time constants of creep, in those of the film
@@ -61,10 +61,8 @@ class CantileverDevice:
 
 def simulate(device: CantileverDevice, current_mA: Array, effects: tuple[Effect, ...] = ()) -> Readings:
     """Readings of a device that was at rest, cold and without current, before the first row."""
-    found = {effect.id: effect for effect in effects if effect.size != 0.0}
-    step = device.period_s / SUBSTEPS
-    power = device.gain_C_per_mA2 * acting_square(current_mA, device.period_s, found)
-    time = np.arange(power.size + 1) * step
+    found, step, time, square = substeps(current_mA, device.period_s, effects)
+    power = device.gain_C_per_mA2 * square
     room = np.full(time.size, device.ambient_C)
     if drift := found.get("thermal.ambient_drift"):
         place = time / time[-1]
@@ -77,7 +75,7 @@ def simulate(device: CantileverDevice, current_mA: Array, effects: tuple[Effect,
         parts = np.column_stack([electrical, structural])
         slow = np.mean([follow(parts, n * device.tau_s, step) for n in CREEP], axis=0)
         electrical, structural = ((1.0 - creep.size) * parts + creep.size * slow).T
-    rows = (0 if device.convention == "start" else SUBSTEPS) + SUBSTEPS * np.arange(current_mA.size)
+    rows = rows_of(current_mA.size, device.convention)
     read = resistances(temperature, electrical, device.film)
     if lag := found.get("sensor.lag"):
         read = follow(read, lag.size, step)
@@ -86,18 +84,12 @@ def simulate(device: CantileverDevice, current_mA: Array, effects: tuple[Effect,
         bend = float(age.values["bend"])
         aged = np.expm1(-bend * time[rows] / time[-1]) / np.expm1(-bend)
         read = read * (1.0 + age.size * float(age.values["sign"]) * aged)
-    if leak := found.get("sensor.crosstalk"):
-        read = read + leak.size * (current_mA if rows[0] else np.concatenate([[0.0], current_mA[:-1]]))
-    bending = device.bending(structural, temperature)
-    if mode := found.get("structure.resonance"):
-        bending = ring(bending, mode.size, float(mode.values["quality"]), step)
+    read = with_crosstalk(read, current_mA, device.convention, found)
+    bending = with_mode(device.bending(structural, temperature), step, found)
     return Readings(read, bending[rows], temperature[rows])
 
 
 def _heat(device: CantileverDevice, found: dict[str, Effect], step: float) -> Heat:
-    def size(name: str) -> float:
-        return found[name].size if name in found else 0.0
-
     late = found.get("thermal.second_time_constant")
     return Heat(
         tau=device.tau_s,
@@ -105,10 +97,10 @@ def _heat(device: CantileverDevice, found: dict[str, Effect], step: float) -> He
         second_share=device.second_share,
         step=step,
         ambient=device.ambient_C,
-        slow_share=size("thermal.second_time_constant"),
+        slow_share=size_of("thermal.second_time_constant", found),
         slow=float(late.values["tau2_s"]) if late else 1.0,
-        tcr=size("heater.tcr"),
-        sense=size("sensor.self_heating"),
-        lag=size("hysteresis.rate_dependence"),
-        latent=size("thermal.latent_heat"),
+        tcr=size_of("heater.tcr", found),
+        sense=size_of("sensor.self_heating", found),
+        lag=size_of("hysteresis.rate_dependence", found),
+        latent=size_of("thermal.latent_heat", found),
     )
