@@ -37,7 +37,7 @@ from foreign_oscillator_device import (
     rest_position,
 )
 from foreign_oscillator_motion import Law
-from foreign_response_device import follow
+from foreign_response_device import behind_electronics, forms_of, read_out
 from scipy.interpolate import make_interp_spline
 
 PIECES = 5  # of a sample period; in each the drive is a parabola
@@ -82,20 +82,14 @@ def simulate(
     y = _first(law, found, start)
     fine = swing(law, drive, base, h, float(times[0, 0]), y, _scale(law, record.drive, y))
     seen = fine[:, 0] + (fine[:, 2] if law.mode_gain else 0.0)
-    if lag := found.get("sensor.lag"):
-        seen = follow(seen, lag.size, h)
-    if coupling := found.get("sensor.highpass"):
-        seen = seen - follow(seen, 1.0 / (2.0 * np.pi * coupling.size), h)
+    seen = behind_electronics(seen, h, found)
     first = PIECES * lead
     rows = first + PIECES * (int(device.read_at_end) + np.arange(record.drive.size))
     reading = seen[rows]
     if late and np.isfinite(seen).all():
         places = np.clip(rows + late / h, 0.0, seen.size - 1.0)
         reading = make_interp_spline(np.arange(seen.size), seen, 3)(places)
-    at_rows = device.period_s * np.arange(record.drive.size)
-    for effect in effects:
-        if effect.name in READING:
-            reading = READING[effect.name](reading, at_rows, record.seed, effect.size, effect.values)
+    reading = read_out(reading, READING, effects, device.period_s, record.seed)
     return Swing(reading, fine[rows, 0], (float(fine[first, 0]), float(fine[first, 1])))
 
 
@@ -165,11 +159,4 @@ def _hum(t: Array, seed: int, x: dict[str, float]) -> Array:
     return np.sin(phase) + 0.25 * np.sin(2.0 * phase + 2.0)
 
 
-# reading, t [s], seed of the record -> reading
-READING = {
-    "sensor.saturation": lambda y, t, k, s, x: _cut(y, s, x),
-    "sensor.offset": lambda y, t, k, s, x: y + s * x["sign"],
-    "sensor.drift": lambda y, t, k, s, x: y + s * x["sign"] * _drifted(t, x),
-    "sensor.hum": lambda y, t, k, s, x: y + s * _hum(t, k, x),
-    "sensor.quantisation": lambda y, t, k, s, x: s * np.round(y / s),
-}
+READING = forms_of(_cut, _drifted, _hum)

@@ -6,6 +6,7 @@ and for lag and AC coupling, which act on whatever is read. At size zero each of
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import ceil
 from typing import NamedTuple
 
@@ -50,6 +51,10 @@ EQUATIONS = EFFECTS | {
     "sensor.highpass": "reading y - m, m' = 2 pi s (y - m): AC coupling with corner s",
     "damping.power": "+ s |z'|^n sign(z'), n of 0.3, 0.7, 1.6 or 2.5",
 }
+
+Values = dict[str, float]
+# reading, t [s], seed of the record, size, values -> reading
+Form = Callable[[Array, Array, int, float, Values], Array]
 
 
 class Response(NamedTuple):
@@ -121,10 +126,7 @@ def simulate(
         seen = states[:, 0] + (states[:, 3] if law.mode_gain else 0.0)
     else:
         seen = states[:, 2] + (states[:, 4] if law.mode_gain else 0.0)
-    if lag := found.get("sensor.lag"):
-        seen = follow(seen, lag.size, h)
-    if coupling := found.get("sensor.highpass"):
-        seen = seen - follow(seen, 1.0 / (2.0 * np.pi * coupling.size), h)
+    seen = behind_electronics(seen, h, found)
     first = steps * lead
     rows = first + steps * (int(device.read_at_end) + np.arange(record.drive.size))
     places = np.clip(rows + late / h, 0.0, seen.size - 1.0)
@@ -132,10 +134,7 @@ def simulate(
         reading = CubicSpline(np.arange(seen.size), seen)(places)
     else:
         reading = np.interp(places, np.arange(seen.size), seen) if late else seen[rows]
-    at_rows = device.period_s * np.arange(record.drive.size)
-    for name, size, values in ((effect.name, effect.size, effect.values) for effect in effects):
-        if name in READING:
-            reading = READING[name](reading, at_rows, record.seed, size, values)
+    reading = read_out(reading, READING, effects, device.period_s, record.seed)
     return Response(reading, states[rows, 0], (float(states[first, 0]), float(states[first, 1])))
 
 
@@ -144,6 +143,41 @@ def follow(signal: Array, tau: float, step: float) -> Array:
     a = np.exp(-step / tau)
     slope = tau / step * (1.0 - a)
     return signal[0] + lfilter([1.0 - slope, slope - a], [1.0, -a], signal - signal[0])
+
+
+def behind_electronics(seen: Array, step: float, found: dict[str, Effect]) -> Array:
+    """What a reading's lag and its AC coupling make of it; `step` [s] between its points."""
+    if lag := found.get("sensor.lag"):
+        seen = follow(seen, lag.size, step)
+    if coupling := found.get("sensor.highpass"):
+        seen = seen - follow(seen, 1.0 / (2.0 * np.pi * coupling.size), step)
+    return seen
+
+
+def read_out(
+    reading: Array, forms: dict[str, Form], effects: tuple[Effect, ...], period_s: float, seed: int
+) -> Array:
+    """The reading of all rows with what the effects of a sensor, in a lab's own forms, do to it."""
+    at_rows = period_s * np.arange(reading.size)
+    for effect in effects:
+        if effect.name in forms:
+            reading = forms[effect.name](reading, at_rows, seed, effect.size, effect.values)
+    return reading
+
+
+def forms_of(
+    cut: Callable[[Array, float, Values], Array],
+    drifted: Callable[[Array, Values], Array],
+    hum: Callable[[Array, int, Values], Array],
+) -> dict[str, Form]:
+    """Effects of a sensor: a lab's own forms of saturation, drift and hum, and what is alike in all of them."""
+    return {
+        "sensor.saturation": lambda y, t, k, s, x: cut(y, s, x),
+        "sensor.offset": lambda y, t, k, s, x: y + s * x["sign"],
+        "sensor.drift": lambda y, t, k, s, x: y + s * x["sign"] * drifted(t, x),
+        "sensor.hum": lambda y, t, k, s, x: y + s * hum(t, k, x),
+        "sensor.quantisation": lambda y, t, k, s, x: s * np.round(y / s),
+    }
 
 
 def _drive(
@@ -201,11 +235,4 @@ def _hum(t: Array, seed: int, x: dict[str, float]) -> Array:
     return np.sin(phase) + 0.3 * np.sin(3.0 * phase + 1.0)
 
 
-# reading, t [s], seed of the record -> reading
-READING = {
-    "sensor.saturation": lambda y, t, k, s, x: _cut(y, s, x),
-    "sensor.offset": lambda y, t, k, s, x: y + s * x["sign"],
-    "sensor.drift": lambda y, t, k, s, x: y + s * x["sign"] * _drifted(t, x),
-    "sensor.hum": lambda y, t, k, s, x: y + s * _hum(t, k, x),
-    "sensor.quantisation": lambda y, t, k, s, x: s * np.round(y / s),
-}
+READING = forms_of(_cut, _drifted, _hum)
