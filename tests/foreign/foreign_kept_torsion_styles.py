@@ -15,6 +15,7 @@ from foreign_oscillator_device import Device, Record, natural_square
 from foreign_oscillator_excitations import unit
 from foreign_oscillator_motion import Law
 from foreign_oscillator_styles import KEPT as STYLES
+from foreign_oscillator_styles import with_user
 from foreign_response_styles import ResponseBench
 from scipy.signal import max_len_seq
 
@@ -41,11 +42,7 @@ def draw_bench(style: str, seed: int, linear: bool = False) -> TorsionBench:
     if style not in STYLES:
         raise ValueError(f"style must be one of {', '.join(STYLES)}, got {style!r}")
     bench = _torsion_balance(stream(style, seed, "device"), stream(style, seed, "records"), linear)
-    user = str(stream(style, seed, "user").choice(["identify", "identify", "start", "sheet"]))
-    if linear and user == "identify":  # which fits a cubic stiffness too
-        user = "start"
-    known = not linear and (user == "identify" or bench.device.law.cubic != 0.0)
-    return replace(bench, user=user, cubic_known=known)
+    return with_user(bench, stream(style, seed, "user"), linear)
 
 
 def _torsion_balance(rng: np.random.Generator, waves_rng: np.random.Generator, linear: bool) -> TorsionBench:

@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 from foreign_common import Array, log_uniform
@@ -50,6 +51,9 @@ class Bench:
     file: str  # "csv" | "npz" | "csv with time" | "csv with commas" | "mat"
 
 
+AnyBench = TypeVar("AnyBench", bound=Bench)
+
+
 def stream(style: str, seed: int, what: str) -> np.random.Generator:
     """Random numbers of one purpose, so that an effect does not change the device or the records."""
     purposes = ("device", "records", "effect", "noise", "user", "values")
@@ -62,11 +66,16 @@ def draw_bench(style: str, seed: int, linear: bool = False) -> Bench:
         raise ValueError(f"style must be one of {', '.join(STYLES)}, got {style!r}")
     draw = {"shaker_lab": _shaker_lab, "mems": _mems, "test_stand": _test_stand, "beam": _beam}[style]
     bench = draw(stream(style, seed, "device"), stream(style, seed, "records"), linear)
-    user = str(stream(style, seed, "user").choice(["identify", "identify", "start", "sheet"]))
+    return with_user(replace(bench, style=style), stream(style, seed, "user"), linear)
+
+
+def with_user(bench: AnyBench, rng: np.random.Generator, linear: bool) -> AnyBench:
+    """The bench with a user who has a model or not; `linear`: the model has no cubic stiffness."""
+    user = str(rng.choice(["identify", "identify", "start", "sheet"]))
     if linear and user == "identify":  # which fits a cubic stiffness too
         user = "start"
     known = not linear and (user == "identify" or bench.device.law.cubic != 0.0)
-    return replace(bench, style=style, user=user, cubic_known=known)
+    return replace(bench, user=user, cubic_known=known)
 
 
 def _bench(

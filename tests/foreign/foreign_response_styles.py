@@ -14,7 +14,7 @@ from foreign_oscillator_device import Device, Record, natural_square
 from foreign_oscillator_excitations import band_noise, sweep, unit
 from foreign_oscillator_motion import Law
 from foreign_oscillator_styles import LATER as STYLES
-from foreign_oscillator_styles import Bench
+from foreign_oscillator_styles import Bench, with_user
 from foreign_response_device import simulate
 
 KIND = 13  # of the streams, so that they are not those of other styles
@@ -47,11 +47,7 @@ def draw_bench(style: str, seed: int, linear: bool = False) -> ResponseBench:
         raise ValueError(f"style must be one of {', '.join(STYLES)}, got {style!r}")
     draw = {"aerospace_panel": _aerospace_panel, "afm_cantilever": _afm_cantilever}[style]
     bench = draw(stream(style, seed, "device"), stream(style, seed, "records"), linear)
-    user = str(stream(style, seed, "user").choice(["identify", "identify", "start", "sheet"]))
-    if linear and user == "identify":  # which fits a cubic stiffness too
-        user = "start"
-    known = not linear and (user == "identify" or bench.device.law.cubic != 0.0)
-    return replace(bench, user=user, cubic_known=known)
+    return with_user(bench, stream(style, seed, "user"), linear)
 
 
 def _aerospace_panel(rng: np.random.Generator, waves_rng: np.random.Generator, linear: bool) -> ResponseBench:
