@@ -11,7 +11,7 @@ from foreign_common import Array, flicker
 from foreign_device import Effect, Readings
 from foreign_grain_device import EQUATIONS, simulate
 from foreign_grain_excitations import records
-from foreign_grain_sizes import AT_REST, SMALLEST, draw_case, noise_shares, sized_effect
+from foreign_grain_sizes import AT_REST, SMALLEST, hide, noise_shares
 from foreign_grain_styles import Bench, draw_bench, stream
 from scipy.io import savemat
 
@@ -23,11 +23,7 @@ def generate(style: str, seed: int, folder: Path, names: tuple[str, ...] | None 
     """Write the case to `folder`; `names` are hidden, or what the seed draws if None. Returns the manifest's path."""
     bench = draw_bench(style, seed)
     plan = records(bench, seed)
-    if names is None:
-        hidden, shares = draw_case(bench, seed, plan)
-    else:
-        sized = [sized_effect(bench, seed, name, plan) for name in names]
-        hidden, shares = tuple(effect for effect, _ in sized), [share for _, share in sized]
+    hidden, shares = hide(bench, seed, plan, names)
     folder.mkdir(parents=True, exist_ok=True)
     rng = stream(style, seed, "noise")
     early, readings = staircase_before(style, seed, hidden), []

@@ -12,7 +12,7 @@ from foreign_device import Effect, Readings
 from foreign_grain_sizes import AT_REST, SMALLEST
 from foreign_kept_cantilever_device import EQUATIONS, simulate
 from foreign_kept_cantilever_excitations import records
-from foreign_kept_cantilever_sizes import draw_case, noise_shares, sized_effect
+from foreign_kept_cantilever_sizes import hide, noise_shares
 from foreign_kept_cantilever_styles import LASER_STEP_V, Bench, draw_bench, stream
 
 COLUMNS = {"current": "AO_source", "resistance": "AI_film", "deflection": "AI_laser"}  # all in V
@@ -23,11 +23,7 @@ def generate(style: str, seed: int, folder: Path, names: tuple[str, ...] | None 
     """Write the case to `folder`; `names` are hidden, or what the seed draws if None. Returns the manifest's path."""
     bench = draw_bench(style, seed)
     plan = records(bench, seed)
-    if names is None:
-        hidden, shares = draw_case(bench, seed, plan)
-    else:
-        sized = [sized_effect(bench, seed, name, plan) for name in names]
-        hidden, shares = tuple(effect for effect, _ in sized), [share for _, share in sized]
+    hidden, shares = hide(bench, seed, plan, names)
     folder.mkdir(parents=True, exist_ok=True)
     rng, early, files = stream(style, seed, "noise"), staircase_before(style, seed, hidden), []
     for name, use, current in plan:
