@@ -1,9 +1,11 @@
-"""What the foreign generators of all kinds share: draws, flicker noise, and the search for an effect's size."""
+"""What the foreign generators of all kinds share: draws, flicker noise, the search for an effect's size, files."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import json
+from collections.abc import Callable, Sequence
 from math import inf, log, sqrt
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,3 +49,29 @@ def search_size(
         guess = size * min(max(wanted / max(share, 1e-6), 0.1), 10.0)
         size = guess if small * 1.02 < guess < large / 1.02 else sqrt(small * large)
     return best
+
+
+def record_lines(
+    file: str, period_s: float, use: str, rows: Sequence[int] = (), time: tuple[str, str] | None = None
+) -> list[str]:
+    """A record's lines of a manifest; `rows`: its part of the file; `time`: column and unit, if it has its own."""
+    lines = ["[[records]]", f'file = "{file}"']
+    lines += [f'time = "{time[0]}"', f'time_unit = "{time[1]}"'] if time else []
+    lines += [] if time else [f"sample_rate_hz = {1.0 / period_s:.9g}"]
+    lines += [f"rows = {list(rows)}"] if rows else []
+    lines += [f'use = "{use}"'] if use else []
+    return [*lines, ""]
+
+
+def write_tdms(path: Path, group: str, period_s: float, columns: dict[str, Array]) -> None:
+    """Write the columns as channels of one group, sampled every `period_s`."""
+    from nptdms import ChannelObject, TdmsWriter  # an extra of the program; only these files need it
+
+    properties = {"wf_increment": period_s, "wf_start_offset": 0.0}
+    with TdmsWriter(path) as file:
+        file.write_segment([ChannelObject(group, name, x, properties) for name, x in columns.items()])
+
+
+def write_truth(folder: Path, truth: dict[str, object]) -> None:
+    """Write what was hidden, for the judge."""
+    (folder / "truth.json").write_text(json.dumps(truth, indent=2) + "\n", encoding="utf-8")

@@ -6,13 +6,12 @@ python tests/foreign/foreign_generate.py --style few_domains --seed 3 --effect t
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 
 import foreign_grain_generate
 import foreign_kept_cantilever_generate
 import numpy as np
-from foreign_common import flicker
+from foreign_common import flicker, write_truth
 from foreign_device import EFFECTS, Effect, Readings, simulate
 from foreign_excitations import records
 from foreign_grain_styles import STYLES as GRAIN_STYLES
@@ -52,8 +51,7 @@ def generate(style: str, seed: int, folder: Path, effect: str | None = None) -> 
         files.append((_write_columns(bench, folder / name, current, readings), use))
     manifest = folder / "dataset.toml"
     manifest.write_text(_manifest(bench, seed, files), encoding="utf-8")
-    truth = _truth(bench, seed, hidden, shares)
-    (folder / "truth.json").write_text(json.dumps(truth, indent=2) + "\n", encoding="utf-8")
+    write_truth(folder, _truth(bench, seed, hidden, shares))
     return manifest
 
 

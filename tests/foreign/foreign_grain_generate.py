@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from foreign_common import Array, flicker
+from foreign_common import Array, flicker, record_lines, write_truth
 from foreign_device import Effect, Readings
 from foreign_grain_device import EQUATIONS, simulate
 from foreign_grain_excitations import records
-from foreign_grain_sizes import AT_REST, SMALLEST, hide, noise_shares
+from foreign_grain_sizes import AT_REST, SMALLEST, Plan, Shares, hide, noise_shares
 from foreign_grain_styles import Bench, draw_bench, stream
 from scipy.io import savemat
 
@@ -25,8 +25,8 @@ def generate(style: str, seed: int, folder: Path, names: tuple[str, ...] | None 
     plan = records(bench, seed)
     hidden, shares = hide(bench, seed, plan, names)
     folder.mkdir(parents=True, exist_ok=True)
-    rng = stream(style, seed, "noise")
-    early, readings = staircase_before(style, seed, hidden), []
+    rng, readings = stream(style, seed, "noise"), []
+    early = staircase_before(stream(style, seed, "staircase"), hidden)
     for _, use, current in plan:
         clean = simulate(bench.device, current, () if use == "identify" and early else hidden)
         readings.append(with_instruments(bench, clean, rng))
@@ -35,13 +35,13 @@ def generate(style: str, seed: int, folder: Path, names: tuple[str, ...] | None 
     manifest.write_text(_manifest(bench, seed, written), encoding="utf-8")
     truth = _truth(bench, seed, hidden, shares, "before the effect" if early else "with the effect")
     truth["noise_shares"] = noise_shares(bench, [current for _, use, current in plan if use == "fit"])
-    (folder / "truth.json").write_text(json.dumps(truth, indent=2) + "\n", encoding="utf-8")
+    write_truth(folder, truth)
     return manifest
 
 
-def staircase_before(style: str, seed: int, hidden: tuple[Effect, ...]) -> bool:
+def staircase_before(rng: np.random.Generator, hidden: tuple[Effect, ...]) -> bool:
     """Whether the staircase was recorded before the effect began: always where it would hold all of the effect."""
-    drawn = bool(stream(style, seed, "staircase").random() < 0.5)
+    drawn = bool(rng.random() < 0.5)
     return drawn or any(effect.id in AT_REST for effect in hidden)
 
 
@@ -61,9 +61,7 @@ def with_instruments(bench: Bench, readings: Readings, rng: np.random.Generator)
     )
 
 
-def _write(
-    bench: Bench, folder: Path, plan: list[tuple[str, str, Array]], readings: list[Readings]
-) -> Written:
+def _write(bench: Bench, folder: Path, plan: Plan, readings: list[Readings]) -> Written:
     """Write the records in the bench's kind of file, each in its own or all in one."""
     written: Written = []
     tables = []
@@ -124,21 +122,17 @@ def _manifest(bench: Bench, seed: int, written: Written) -> str:
         if signal == "deflection" and bench.file.startswith("h5"):
             lines.append(f"scale = {bench.deflection_step_um * FACTOR[unit]:.6g}  # {unit} a count")
         lines.append("")
-    timed = bench.file == "csv with commas"
+    time = ("Zeit", "ms") if bench.file == "csv with commas" else None
     for file, use, rows in written:
-        lines += ["[[records]]", f'file = "{file}"']
-        lines += ['time = "Zeit"', 'time_unit = "ms"'] if timed else []
-        lines += [] if timed else [f"sample_rate_hz = {1.0 / bench.device.period_s:.9g}"]
-        lines += [f"rows = {rows}"] if rows else []
-        lines += [f'use = "{use}"', ""]
+        lines += record_lines(file, bench.device.period_s, use, rows, time)
     return "\n".join(lines)
 
 
 def _truth(
-    bench: Bench, seed: int, hidden: tuple[Effect, ...], shares: list[dict[str, float]], staircase: str
+    bench: Bench, seed: int, hidden: tuple[Effect, ...], shares: list[Shares], staircase: str
 ) -> dict[str, object]:
     """What was hidden, and the device; no diagnosis may read it."""
-    device, first = bench.device, hidden[0] if hidden else None
+    device = bench.device
     effects = [
         {
             "id": e.id,
@@ -150,38 +144,52 @@ def _truth(
         }
         for e, s in zip(hidden, shares, strict=True)
     ]
+    told = {
+        "time_constant_s": device.tau_s,
+        "first_layer_s": device.layer_s,
+        "period_s": device.period_s,
+        "ambient_C": device.ambient_C,
+        "gain_C_per_mA2": device.gain_C_per_mA2,
+        "coupling_K": device.coupling_K,
+        "buckling": device.buckling,
+        "grains": int(device.grains.up.size),
+        "columns": int(device.profile.size),
+        "film": device.film._asdict(),
+        "deflection_um": device.deflection_um,
+        "bimorph_per_K": device.bimorph_per_K,
+        "current_mA": [bench.low_mA, bench.centre_mA, bench.high_mA],
+        "hold_samples": bench.hold_samples,
+    }
+    return told_truth(bench.style, seed, effects, device.convention, staircase, told)
+
+
+def told_truth(
+    style: str,
+    seed: int,
+    effects: list[dict[str, Any]],
+    convention: str,
+    staircase: str,
+    device: dict[str, Any],
+) -> dict[str, object]:
+    """What a film's truth says; `effects`: id, equation, size, unit, values and shares of each."""
+    first = effects[0] if effects else {}
     return {
-        "style": bench.style,
+        "style": style,
         "seed": seed,
-        "effect": first.id if first else None,
-        "second": hidden[1].id if len(hidden) > 1 else None,
-        "equation": EQUATIONS[first.id] if first else None,
-        "size": first.size if first else 0.0,
-        "unit": first.unit if first else None,
-        "values": first.values if first else {},
+        "effect": first.get("id"),
+        "second": effects[1]["id"] if len(effects) > 1 else None,
+        "equation": first.get("equation"),
+        "size": first.get("size", 0.0),
+        "unit": first.get("unit"),
+        "values": first.get("values", {}),
         "effects": effects,
-        "share": min((max(share.values()) for share in shares), default=0.0),
-        "shares": shares[0] if shares else {},
+        "share": min((max(effect["shares"].values()) for effect in effects), default=0.0),
+        "shares": first.get("shares", {}),
         "share_is": f"RMS left by a re-fit of time constant and gain over the standard deviation, >= {SMALLEST}",
-        "convention": device.convention,
+        "convention": convention,
         "staircase": staircase,
-        "groups": [staircase, f"read at the {device.convention}"],
-        "device": {
-            "time_constant_s": device.tau_s,
-            "first_layer_s": device.layer_s,
-            "period_s": device.period_s,
-            "ambient_C": device.ambient_C,
-            "gain_C_per_mA2": device.gain_C_per_mA2,
-            "coupling_K": device.coupling_K,
-            "buckling": device.buckling,
-            "grains": int(device.grains.up.size),
-            "columns": int(device.profile.size),
-            "film": device.film._asdict(),
-            "deflection_um": device.deflection_um,
-            "bimorph_per_K": device.bimorph_per_K,
-            "current_mA": [bench.low_mA, bench.centre_mA, bench.high_mA],
-            "hold_samples": bench.hold_samples,
-        },
+        "groups": [staircase, f"read at the {convention}"],
+        "device": device,
     }
 
 

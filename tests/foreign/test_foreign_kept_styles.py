@@ -289,4 +289,4 @@ def test_the_same_seed_writes_the_same_bytes_and_hides_what_was_asked_for(tmp_pa
     assert (truth["effect"], truth["staircase"]) == ("sensor.crosstalk", "before the effect")
     assert 0.03 <= truth["share"] <= 0.3
     assert not any(b"crosstalk" in text for name, text in once.items() if name != "truth.json")
-    assert films.staircase_before(FILM, 3, (Effect(id="heater.tcr", size=1e-3, unit="1/K"),))
+    assert films.staircase_before(np.random.default_rng(0), (Effect(id="heater.tcr", size=1e-3, unit="1/K"),))
