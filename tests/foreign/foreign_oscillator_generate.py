@@ -9,7 +9,6 @@ identify from) or `sheet.toml` (a data sheet's model, to be diagnosed as it is).
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 
 import foreign_kept_torsion_generate
@@ -17,9 +16,9 @@ import foreign_response_generate
 import numpy as np
 from foreign_common import Array, flicker
 from foreign_oscillator_device import EFFECTS, Effect, Readings, natural_square, simulate
-from foreign_oscillator_sizes import SETS, draw_case, hide
+from foreign_oscillator_sizes import SETS, hide
 from foreign_oscillator_styles import KEPT, LATER, STYLES, Bench, stream
-from foreign_truth import model_text, told_effects
+from foreign_truth import Lab, model_text, told_case, write_case
 from scipy.io import savemat
 
 RANGE = 1.1  # of the converter, in the largest reading
@@ -29,25 +28,16 @@ def generate(
     style: str, seed: int, folder: Path, names: tuple[str, ...] | None = (), which: str = "known"
 ) -> Path:
     """Write the case to `folder`; `names` are hidden, or what the seed draws if None. Returns the manifest's path."""
+    lab = LAB
     if style in LATER:
-        return foreign_response_generate.generate(style, seed, folder, names, which)
+        lab = foreign_response_generate.LAB
     if style in KEPT:
-        return foreign_kept_torsion_generate.generate(style, seed, folder, names, which)
-    bench, effects, shares = draw_case(style, seed, which) if names is None else hide(style, seed, names)
-    data, truth = folder / "data", folder / "truth"
-    for part in (data, truth):
-        part.mkdir(parents=True, exist_ok=True)
-    write_dataset(bench, effects, seed, data)
-    model = user_model(bench, seed)
-    if model:
-        (data / f"{bench.user}.toml").write_text(model, encoding="utf-8")
-    told = json.dumps(told_truth(bench, effects, shares, seed), indent=2)
-    (truth / "truth.json").write_text(told + "\n", encoding="utf-8")
-    return data / "dataset.toml"
+        lab = foreign_kept_torsion_generate.LAB
+    return write_case(lab, style, seed, folder, names, which)
 
 
-def write_dataset(bench: Bench, effects: tuple[Effect, ...], seed: int, folder: Path) -> None:
-    """Write the manifest and a file for each record."""
+def write_records(bench: Bench, effects: tuple[Effect, ...], seed: int, folder: Path) -> str:
+    """Write a file for each record; returns their manifest."""
     rng = stream(bench.style, seed, "noise")
     clean = [simulate(bench.device, record, effects) for record in bench.records]
     if not all(np.isfinite(readings.displacement).all() for readings in clean):
@@ -63,7 +53,7 @@ def write_dataset(bench: Bench, effects: tuple[Effect, ...], seed: int, folder: 
         if bench.velocity:
             columns["velocity"] = readings.velocity
         files.append(_write_columns(bench, folder / record.name, columns))
-    (folder / "dataset.toml").write_text(_manifest(bench, seed, files), encoding="utf-8")
+    return _manifest(bench, seed, files)
 
 
 def with_noise(bench: Bench, readings: Readings, rng: np.random.Generator) -> Readings:
@@ -115,11 +105,11 @@ def _manifest(bench: Bench, seed: int, files: list[str]) -> str:
     return "\n".join(lines)
 
 
-def user_model(bench: Bench, seed: int) -> str:
+def user_model(bench: Bench, rng: np.random.Generator) -> str:
     """Text of a model with values that are off by a little; empty where the user only identifies."""
     if bench.user == "identify":
         return ""
-    rng, law = stream(bench.style, seed, "values"), bench.device.law
+    law = bench.device.law
     z, u = bench.displacement_unit, bench.drive_unit
     gain = law.gain * bench.sensor_gain
     values = {
@@ -141,27 +131,24 @@ def told_truth(
 ) -> dict[str, object]:
     """What was hidden, and the device; no diagnosis may read it."""
     device = bench.device
-    return {
-        "style": bench.style,
-        "seed": seed,
-        "share_is": "RMS left by a re-fit of the user's model over RMS of the motion, start known",
-        **told_effects(effects, shares, EFFECTS, read_at_end=device.read_at_end),
-        "groups": ["read at the end" if device.read_at_end else "read at the start", f"user: {bench.user}"],
-        "device": {
-            "law": device.law._asdict(),
-            "natural_Hz": float(np.sqrt(natural_square(device.law))) / (2.0 * np.pi),
-            "quality": float(bench.quality),
-            "period_s": device.period_s,
-            "hold": device.hold,
-            "rest": device.rest,
-            "read_at_end": device.read_at_end,
-            "sensor_gain": bench.sensor_gain,
-            "motion_rms": bench.rms,
-            "motion_largest": bench.largest,
-            "noise_white": bench.white,
-            "noise_flicker": bench.flicker,
-        },
+    told = {
+        "law": device.law._asdict(),
+        "natural_Hz": float(np.sqrt(natural_square(device.law))) / (2.0 * np.pi),
+        "quality": float(bench.quality),
+        "period_s": device.period_s,
+        "hold": device.hold,
+        "rest": device.rest,
+        "read_at_end": device.read_at_end,
+        "sensor_gain": bench.sensor_gain,
+        "motion_rms": bench.rms,
+        "motion_largest": bench.largest,
+        "noise_white": bench.white,
+        "noise_flicker": bench.flicker,
     }
+    return told_case(bench, seed, effects, shares, equations=EFFECTS, over="motion", device=told)
+
+
+LAB = Lab(hide=hide, records=write_records, model=user_model, truth=told_truth, stream=stream)
 
 
 def main() -> None:

@@ -1,45 +1,29 @@
-"""Writes a data set of a panel or of a microscope's cantilever; `foreign_oscillator_generate.py --style ...` calls it.
-
-DIR/data has what a user has: `dataset.toml` with its records and, in half of the cases, `start.toml` (rough values to
-identify from) or `sheet.toml` (a data sheet's model, to be diagnosed as it is). DIR/truth/truth.json is for the judge.
-"""
+"""Writes a data set of a panel or of a microscope's cantilever, for `foreign_oscillator_generate.py --style ...`."""
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
-from foreign_common import Array, flicker
+from foreign_common import Array, flicker, record_lines, write_tdms
 from foreign_oscillator_device import Effect, natural_square
 from foreign_response_device import EQUATIONS, simulate
-from foreign_response_sizes import draw_case, hide
+from foreign_response_sizes import hide
 from foreign_response_styles import ResponseBench, stream
-from foreign_truth import model_text, told_effects
+from foreign_truth import Lab, model_text, told_case
 
 RANGE = 1.15  # of the converter, in the largest reading
 SUFFIX = {"uff": ".uff", "uff binary": ".uff", "tdms": ".tdms", "h5": ".h5"}
 
 
-def generate(
-    style: str, seed: int, folder: Path, names: tuple[str, ...] | None = (), which: str = "known"
-) -> Path:
-    """Write the case to `folder`; `names` are hidden, or what the seed draws if None. Returns the manifest's path."""
-    bench, effects, shares = draw_case(style, seed, which) if names is None else hide(style, seed, names)
-    data, truth = folder / "data", folder / "truth"
-    for part in (data, truth):
-        part.mkdir(parents=True, exist_ok=True)
+def write_records(bench: ResponseBench, effects: tuple[Effect, ...], seed: int, folder: Path) -> str:
+    """Write a file for each record; returns their manifest."""
     files = []
     for record, reading in zip(bench.records, measured(bench, effects, seed), strict=True):
-        path = (data / record.name).with_suffix(SUFFIX[bench.file])
+        path = (folder / record.name).with_suffix(SUFFIX[bench.file])
         _write(bench, path, {bench.name_of_drive: record.drive, bench.name_of_response: reading})
         files.append(path.name)
-    (data / "dataset.toml").write_text(_manifest(bench, seed, files), encoding="utf-8")
-    if bench.user != "identify":
-        (data / f"{bench.user}.toml").write_text(user_model(bench, seed), encoding="utf-8")
-    told = json.dumps(told_truth(bench, effects, shares, seed), indent=2)
-    (truth / "truth.json").write_text(told + "\n", encoding="utf-8")
-    return data / "dataset.toml"
+    return _manifest(bench, seed, files)
 
 
 def measured(bench: ResponseBench, effects: tuple[Effect, ...], seed: int) -> list[Array]:
@@ -60,7 +44,7 @@ def measured(bench: ResponseBench, effects: tuple[Effect, ...], seed: int) -> li
 
 def _write(bench: ResponseBench, path: Path, columns: dict[str, Array]) -> None:
     if bench.file == "tdms":
-        _write_tdms(path, bench, columns)
+        write_tdms(path, "scope", bench.device.period_s, columns)
     elif bench.file == "h5":
         import h5py  # an extra of the program; only these files need it
 
@@ -69,14 +53,6 @@ def _write(bench: ResponseBench, path: Path, columns: dict[str, Array]) -> None:
                 file.create_dataset(name, data=column.astype(np.float64), track_times=False)
     else:
         _write_uff(path, bench, columns)
-
-
-def _write_tdms(path: Path, bench: ResponseBench, columns: dict[str, Array]) -> None:
-    from nptdms import ChannelObject, TdmsWriter
-
-    properties = {"wf_increment": bench.device.period_s, "wf_start_offset": 0.0}
-    with TdmsWriter(path) as file:
-        file.write_segment([ChannelObject("scope", name, x, properties) for name, x in columns.items()])
 
 
 def _write_uff(path: Path, bench: ResponseBench, columns: dict[str, Array]) -> None:
@@ -120,16 +96,14 @@ def _manifest(bench: ResponseBench, seed: int, files: list[str]) -> str:
     lines += [f"[signals.{bench.response}]", 'role = "output"', f'unit = "{bench.response_unit}"']
     lines += [f'column = "{bench.name_of_response}"', ""]
     for file, record in zip(files, bench.records, strict=True):
-        lines += ["[[records]]", f'file = "{file}"', f"sample_rate_hz = {1.0 / bench.device.period_s:.9g}"]
-        lines += [f'use = "{record.use}"'] if record.use else []
-        lines.append("")
+        lines += record_lines(file, bench.device.period_s, record.use)
     return "\n".join(lines)
 
 
-def user_model(bench: ResponseBench, seed: int) -> str:
+def user_model(bench: ResponseBench, rng: np.random.Generator) -> str:
     """Text of a model with values that are off by a little."""
-    rng, law = stream(bench.style, seed, "values"), bench.device.law
-    z, gain = bench.displacement_unit, law.gain * bench.sensor_gain
+    law, z = bench.device.law, bench.displacement_unit
+    gain = law.gain * bench.sensor_gain
     values = {
         "damping": (law.damping * float(rng.uniform(0.75, 1.3)), "1/s"),
         "stiffness": (law.stiffness * (1.0 + float(rng.uniform(-0.5, 0.5)) / bench.quality), "1/s^2"),
@@ -149,27 +123,24 @@ def told_truth(
 ) -> dict[str, object]:
     """What was hidden, and the device; no diagnosis may read it."""
     device = bench.device
-    return {
-        "style": bench.style,
-        "seed": seed,
-        "share_is": f"RMS left by a re-fit of the user's model over RMS of the {bench.response}, start known",
-        **told_effects(effects, shares, EQUATIONS, read_at_end=device.read_at_end),
-        "groups": ["read at the end" if device.read_at_end else "read at the start", f"user: {bench.user}"],
-        "device": {
-            "law": device.law._asdict(),
-            "law_unit": bench.displacement_unit,
-            "natural_Hz": float(np.sqrt(natural_square(device.law))) / (2.0 * np.pi),
-            "quality": bench.quality,
-            "period_s": device.period_s,
-            "hold": device.hold,
-            "read_at_end": device.read_at_end,
-            "response": f"{bench.response} [{bench.response_unit}]",
-            "sensor_gain": bench.sensor_gain,
-            "bits": bench.bits,
-            "motion_rms": bench.rms,
-            "motion_largest": bench.largest,
-            "reading_rms": bench.reading_rms,
-            "noise_white": bench.white,
-            "noise_flicker": bench.flicker,
-        },
+    told = {
+        "law": device.law._asdict(),
+        "law_unit": bench.displacement_unit,
+        "natural_Hz": float(np.sqrt(natural_square(device.law))) / (2.0 * np.pi),
+        "quality": bench.quality,
+        "period_s": device.period_s,
+        "hold": device.hold,
+        "read_at_end": device.read_at_end,
+        "response": f"{bench.response} [{bench.response_unit}]",
+        "sensor_gain": bench.sensor_gain,
+        "bits": bench.bits,
+        "motion_rms": bench.rms,
+        "motion_largest": bench.largest,
+        "reading_rms": bench.reading_rms,
+        "noise_white": bench.white,
+        "noise_flicker": bench.flicker,
     }
+    return told_case(bench, seed, effects, shares, equations=EQUATIONS, over=bench.response, device=told)
+
+
+LAB = Lab(hide=hide, records=write_records, model=user_model, truth=told_truth, stream=stream)

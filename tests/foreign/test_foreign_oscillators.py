@@ -347,7 +347,7 @@ def test_the_users_rough_values_are_off_by_a_little_and_of_the_readings_unit() -
     for seed in range(12):
         bench = draw_bench("shaker_lab", seed)
         seen.add(bench.user)
-        assert bool(user_model(bench, seed)) == (bench.user != "identify")
+        assert bool(user_model(bench, np.random.default_rng(seed))) == (bench.user != "identify")
     assert seen == {"identify", "start", "sheet"}
 
 
