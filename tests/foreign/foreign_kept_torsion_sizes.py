@@ -11,13 +11,13 @@ from functools import cache
 from math import inf
 
 import numpy as np
-from foreign_common import Array, log_uniform, search_size
+from foreign_common import Array
 from foreign_kept_torsion_device import PIECES, simulate
 from foreign_kept_torsion_styles import TorsionBench, draw_bench
-from foreign_oscillator_device import EFFECTS, Effect, Record, natural_square
+from foreign_oscillator_device import Effect, Record, natural_square
 from foreign_oscillator_guesses import first_guess
-from foreign_oscillator_sizes import LINEAR, choose
-from foreign_response_sizes import ABOVE_NOISE, COMPARED, LARGEST, SMALLEST
+from foreign_oscillator_sizes import LINEAR, case_of
+from foreign_response_sizes import COMPARED, as_wished, fitted_law
 from scipy.optimize import least_squares
 
 FITS = 20  # steps of the re-fit: a stiffer fibre is many line widths away
@@ -28,44 +28,18 @@ EXPONENTS = (0.4, 1.4, 1.8, 2.6)
 Hidden = tuple[TorsionBench, tuple[Effect, ...], tuple[float, ...]]
 
 
-def draw_case(style: str, seed: int, which: str) -> Hidden:
-    """The bench, what is hidden in it, and the share of each; an effect that cannot be seen there is passed over."""
-    return hide(style, seed, choose(style, seed, which, hide))
-
-
 @cache
 def hide(style: str, seed: int, names: tuple[str, ...]) -> Hidden:
     """The bench with these effects in sizes of the seed; ValueError for one that has no size that can be seen."""
     bench = draw_bench(style, seed, linear=bool(LINEAR & set(names)))
-    sized = [sized_effect(bench, seed, name) for name in names]
-    effects = tuple(effect for effect, _ in sized)
-    if len(effects) > 1 and not np.isfinite(share_left(bench, effects)):
-        raise ValueError(f"{' and '.join(names)} on {style} {seed}: the motion diverges")
-    return bench, effects, tuple(share for _, share in sized)
+    return case_of(bench, seed, names, sized_effect, share_left)
 
 
 def sized_effect(
     bench: TorsionBench, seed: int, name: str, share: float | None = None
 ) -> tuple[Effect, float]:
     """The effect with a drawn (or given) share, and the share that it reaches."""
-    if name not in EFFECTS:
-        raise ValueError(f"effect must be one of {', '.join(EFFECTS)}, got {name!r}")
-    rng = np.random.default_rng([*map(ord, bench.style), seed, list(EFFECTS).index(name)])
-    noise = float(np.hypot(bench.white, bench.flicker))
-    wanted = share or max(log_uniform(rng, 0.035, 0.27), 1.2 * ABOVE_NOISE * noise)
-    effect, low, high = guess(bench, name, rng)
-
-    def reached(size: float) -> float:
-        return share_left(bench, (replace(effect, size=size),))
-
-    size = effect.size if low == high else search_size(reached, effect.size, low, high, wanted)
-    if name == "drive.delay":  # whole pieces
-        h = bench.device.period_s / PIECES
-        size = max(round(size / h), 1) * h
-    left = reached(size)
-    if not max(SMALLEST, ABOVE_NOISE * noise) <= left <= LARGEST:
-        raise ValueError(f"{name} on {bench.style} {seed}: no size from {low:.3g} to {high:.3g} fits")
-    return replace(effect, size=size), left
+    return as_wished(bench, seed, name, share, guess, share_left, bench.device.period_s / PIECES)
 
 
 def guess(bench: TorsionBench, name: str, rng: np.random.Generator) -> tuple[Effect, float, float]:
@@ -94,13 +68,7 @@ def share_left(bench: TorsionBench, effects: tuple[Effect, ...]) -> float:
     spread, per_cubic = float(np.std(wanted)), law.stiffness / bench.largest**2
 
     def left(x: Array) -> Array:
-        values = law._replace(
-            damping=law.damping * (1.0 + x[0]),
-            stiffness=law.stiffness * (1.0 + x[1] / bench.quality),
-            gain=law.gain * (1.0 + x[2]),
-            cubic=law.cubic + (x[3] * per_cubic if x.size > 3 else 0.0),
-        )
-        trial = replace(device, law=values)
+        trial = replace(device, law=fitted_law(law, x, bench.quality, per_cubic))
         runs = [simulate(trial, r, (), swing.start).reading for r, swing in zip(records, real, strict=True)]
         error = np.nan_to_num((np.concatenate(runs) - wanted) / spread, nan=1e3)
         return np.asarray(np.clip(error, -1e3, 1e3))

@@ -27,7 +27,7 @@ from foreign_oscillator_device import (
     steps_of,
 )
 from foreign_oscillator_guesses import first_guess
-from foreign_oscillator_styles import KEPT, LATER, STYLES, Bench, draw_bench, stream
+from foreign_oscillator_styles import KEPT, LATER, STYLES, AnyBench, Bench, draw_bench, stream
 from scipy.optimize import least_squares
 
 SMALLEST, LARGEST = 0.025, 0.35  # share of the motion
@@ -61,11 +61,6 @@ def draw_names(style: str, seed: int, which: str) -> tuple[int, list[str]]:
     return {5: 0, 2: 2}.get(place % 6, 1), tried
 
 
-def draw_case(style: str, seed: int, which: str) -> tuple[Bench, tuple[Effect, ...], tuple[float, ...]]:
-    """The bench, what is hidden in it, and the share of each; an effect that cannot be seen there is passed over."""
-    return hide(style, seed, choose(style, seed, which, hide))
-
-
 def choose(style: str, seed: int, which: str, hide: Callable[..., object]) -> tuple[str, ...]:
     """The effects of a case: of those that are drawn the first that `hide` can make large enough to be seen."""
     count, tried = draw_names(style, seed, which)
@@ -89,11 +84,22 @@ def hide(
 ) -> tuple[Bench, tuple[Effect, ...], tuple[float, ...]]:
     """The bench with these effects in sizes of the seed; ValueError for one that has no size that can be seen."""
     bench = draw_bench(style, seed, linear=bool(LINEAR & set(names)))
-    sized = [sized_effect(bench, seed, name) for name in names]
-    effects = tuple(effect for effect, _ in sized)
-    if len(effects) > 1 and not np.isfinite(share_left(bench, effects)):
-        raise ValueError(f"{' and '.join(names)} on {style} {seed}: the motion diverges")
-    return bench, effects, tuple(share for _, share in sized)
+    return case_of(bench, seed, names, sized_effect, share_left)
+
+
+def case_of(
+    bench: AnyBench,
+    seed: int,
+    names: tuple[str, ...],
+    sized: Callable[[AnyBench, int, str], tuple[Effect, float]],
+    left: Callable[[AnyBench, tuple[Effect, ...]], float],
+) -> tuple[AnyBench, tuple[Effect, ...], tuple[float, ...]]:
+    """The bench, each effect as `sized`, and their shares; ValueError if all together leave no finite share."""
+    found = [sized(bench, seed, name) for name in names]
+    effects = tuple(effect for effect, _ in found)
+    if len(effects) > 1 and not np.isfinite(left(bench, effects)):
+        raise ValueError(f"{' and '.join(names)} on {bench.style} {seed}: the motion diverges")
+    return bench, effects, tuple(share for _, share in found)
 
 
 def sized_effect(bench: Bench, seed: int, name: str, share: float | None = None) -> tuple[Effect, float]:

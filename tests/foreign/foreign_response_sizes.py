@@ -7,6 +7,7 @@ mean, in free runs of all records that are not for tests (of two at most), the f
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from math import inf
@@ -15,7 +16,9 @@ import numpy as np
 from foreign_common import Array, log_uniform, search_size
 from foreign_oscillator_device import EFFECTS, Device, Effect, changed_law, natural_square, steps_of
 from foreign_oscillator_guesses import first_guess
-from foreign_oscillator_sizes import LINEAR, choose
+from foreign_oscillator_motion import Law
+from foreign_oscillator_sizes import LINEAR, case_of
+from foreign_oscillator_styles import AnyBench
 from foreign_response_device import Response, simulate
 from foreign_response_styles import ResponseBench, draw_bench
 from scipy.optimize import least_squares
@@ -27,30 +30,37 @@ FITS = 5  # steps of the re-fit
 EXPONENTS = (0.3, 0.7, 1.6, 2.5)
 
 
-def draw_case(
-    style: str, seed: int, which: str
-) -> tuple[ResponseBench, tuple[Effect, ...], tuple[float, ...]]:
-    """The bench, what is hidden in it, and the share of each; an effect that cannot be seen there is passed over."""
-    return hide(style, seed, choose(style, seed, which, hide))
-
-
 @cache
 def hide(
     style: str, seed: int, names: tuple[str, ...]
 ) -> tuple[ResponseBench, tuple[Effect, ...], tuple[float, ...]]:
     """The bench with these effects in sizes of the seed; ValueError for one that has no size that can be seen."""
     bench = draw_bench(style, seed, linear=bool(LINEAR & set(names)))
-    sized = [sized_effect(bench, seed, name) for name in names]
-    effects = tuple(effect for effect, _ in sized)
-    if len(effects) > 1 and not np.isfinite(share_left(bench, effects)):
-        raise ValueError(f"{' and '.join(names)} on {style} {seed}: the motion diverges")
-    return bench, effects, tuple(share for _, share in sized)
+    return case_of(bench, seed, names, sized_effect, share_left)
 
 
 def sized_effect(
     bench: ResponseBench, seed: int, name: str, share: float | None = None
 ) -> tuple[Effect, float]:
     """The effect with a drawn (or given) share, and the share that it reaches."""
+    step_s = bench.device.period_s / steps_of(bench.device, bench.device.law)
+    return as_wished(bench, seed, name, share, guess, share_left, step_s)
+
+
+def as_wished(
+    bench: AnyBench,
+    seed: int,
+    name: str,
+    share: float | None,
+    guess: Callable[[AnyBench, str, np.random.Generator], tuple[Effect, float, float]],
+    left: Callable[[AnyBench, tuple[Effect, ...]], float],
+    step_s: float,
+) -> tuple[Effect, float]:
+    """The effect with a drawn (or given) share, and the share that it reaches; ValueError if no size fits.
+
+    `guess`: a middling size with its smallest and largest; `left`: the share of these effects; a delay is of whole
+    steps of `step_s`.
+    """
     if name not in EFFECTS:
         raise ValueError(f"effect must be one of {', '.join(EFFECTS)}, got {name!r}")
     rng = np.random.default_rng([*map(ord, bench.style), seed, list(EFFECTS).index(name)])
@@ -59,16 +69,15 @@ def sized_effect(
     effect, low, high = guess(bench, name, rng)
 
     def reached(size: float) -> float:
-        return share_left(bench, (replace(effect, size=size),))
+        return left(bench, (replace(effect, size=size),))
 
     size = effect.size if low == high else search_size(reached, effect.size, low, high, wanted)
-    if name == "drive.delay":  # whole integration steps
-        h = bench.device.period_s / steps_of(bench.device, bench.device.law)
-        size = max(round(size / h), 1) * h
-    left = reached(size)
-    if not max(SMALLEST, ABOVE_NOISE * noise) <= left <= LARGEST:
+    if name == "drive.delay":
+        size = max(round(size / step_s), 1) * step_s
+    seen = reached(size)
+    if not max(SMALLEST, ABOVE_NOISE * noise) <= seen <= LARGEST:
         raise ValueError(f"{name} on {bench.style} {seed}: no size from {low:.3g} to {high:.3g} fits")
-    return replace(effect, size=size), left
+    return replace(effect, size=size), seen
 
 
 def guess(bench: ResponseBench, name: str, rng: np.random.Generator) -> tuple[Effect, float, float]:
@@ -97,6 +106,16 @@ def law_unit(bench: ResponseBench) -> str:
     return bench.displacement_unit + ("/s^2" if bench.response == "acceleration" else "")
 
 
+def fitted_law(law: Law, x: Array, quality: float, per_cubic: float) -> Law:
+    """The law with changes of damping, stiffness (in line widths), gain and, if there is a fourth, cubic stiffness."""
+    return law._replace(
+        damping=law.damping * (1.0 + x[0]),
+        stiffness=law.stiffness * (1.0 + x[1] / quality),
+        gain=law.gain * (1.0 + x[2]),
+        cubic=law.cubic + (x[3] * per_cubic if x.size > 3 else 0.0),
+    )
+
+
 def share_left(bench: ResponseBench, effects: tuple[Effect, ...]) -> float:
     """RMS of what a re-fit of the user's model leaves, over the RMS of the readings about their mean."""
     device = bench.device
@@ -112,12 +131,7 @@ def share_left(bench: ResponseBench, effects: tuple[Effect, ...]) -> float:
     spread = float(np.std(wanted))
 
     def left(x: Array) -> Array:
-        values = law._replace(
-            damping=law.damping * (1.0 + x[0]),
-            stiffness=law.stiffness * (1.0 + x[1] / bench.quality),
-            gain=law.gain * (1.0 + x[2]),
-            cubic=law.cubic + (x[3] * per_cubic if x.size > 3 else 0.0),
-        )
+        values = fitted_law(law, x, bench.quality, per_cubic)
         error = _readings(replace(device, law=values), bench, real, steps) - wanted
         return np.clip(np.nan_to_num(error / spread, nan=1e3), -1e3, 1e3)
 
