@@ -238,7 +238,7 @@ class _Run:
             nodes = cache(inputs._replace(late_s=late_s).nodes)
             marching = Marching(system, self.stimulus, nodes, start, p, sizes, self.steps_per_period)
             looking = {one.signal for one in sensing if one.law and one.law.looks_between}
-            least = LEAST if looking & directly_driven(system) else 1
+            least = LEAST if looking & self._bending(system) else 1
             motion = marching.move(self.refine, between=bool(looking), least=least)
             last = dict[str, FloatArray]()
             if self.stimulus.after_jumps and inputs.jump:
@@ -261,7 +261,7 @@ class _Run:
         )
         for name in {mechanism.signal for mechanism in sensing}:
             kinks = None
-            if name in directly_driven(system) and motion.between >= LEAST:
+            if name in self._bending(system) and motion.between >= LEAST:
                 kinks = kinks_of(
                     nodes[0], nodes[2], motion.substeps, motion.between, after=name in after_jumps
                 )
@@ -271,6 +271,13 @@ class _Run:
                     found[name][lane], step_s, acting, self._reference(name), driving, kinks
                 )
         return {name: np.ascontiguousarray(course[:, :: motion.between]) for name, course in found.items()}
+
+    def _bending(self, system: System) -> frozenset[str]:
+        """Return the outputs that may bend where an input jumps or bends: all, where one is held and jumps."""
+        held = {self.stimulus.holds.get(one.name) for one in self.simulation.system.inputs}
+        if "zero" in held:
+            return frozenset(one.name for one in system.outputs)
+        return directly_driven(system)
 
     def _reference(self, name: str) -> float:
         system = self.simulation.system

@@ -143,10 +143,14 @@ def diagnose(
         first = asked.fit(data.simulation)
         quiet = take_off_drive_noise(problem, tests, first.nominal) if first.uncut else None
         if quiet is not None:
-            problem, tests, heard = quiet
-            asked = asked._replace(whole=problem, tests=tests)
-            first = asked.fit(data.simulation)
-            notes = (*notes, describe_taken_noise(heard, subject.drive, dataset.units[subject.drive]))
+            without = asked._replace(whole=quiet.problem, tests=quiet.tests)
+            again = without.fit(data.simulation)
+            if quiet.bears_out(first.nominal, again.nominal):
+                asked, first, problem, tests = without, again, quiet.problem, quiet.tests
+                notes = (
+                    *notes,
+                    describe_taken_noise(quiet.noise, subject.drive, dataset.units[subject.drive]),
+                )
         budget = tell_time(asked.allow(first), first.nominal, budget, report)
         searched = search_longer_parts(
             asked.search(first, budget),

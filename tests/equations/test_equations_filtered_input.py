@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from equation_cases import simulation_of
 from plant_sim.equations.system import directly_driven
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Stimulus
+from rtctl.diagnosis.experiment_design.t_optimality import find_rest_state
 
 PERIOD_S, LAG_S, SAMPLES = 1e-3, 2e-4, 300
 DRIVE = np.random.default_rng(11).standard_normal(SAMPLES)
@@ -72,3 +74,28 @@ def test_a_short_lag_of_an_input_that_passes_through_is_exact(hold: str, tmp_pat
     assert directly_driven(simulation.system) == {"y"}
     effect = np.linalg.norm(read[THROUGH] - expected)
     assert np.linalg.norm(read[THROUGH + LAG] - expected) < 1e-3 * effect
+
+
+@pytest.mark.parametrize("hold", ["zero", "linear"])
+def test_a_lag_before_a_first_order_device_and_one_behind_it_are_one_law(hold: str, tmp_path: Path) -> None:
+    """Its reading bends where a held input jumps: by 1.5e-4 of its swing they differed, and an experiment was proposed
+    that was to tell them apart."""
+    drive = np.concatenate(([0.0], np.repeat(np.random.default_rng(3).uniform(0.0, 1.0, 30), 10)))
+    stimulus = Stimulus(inputs={"u": drive}, holds={"u": hold}, period_s=5e-3)
+    found = []
+    for identity in ("input.u.lag", "output.slow_part.lag"):
+        text = THROUGH + LAG.replace("output.y.lag", identity).replace("0.2", "15.0")
+        simulation = simulation_of(tmp_path, text, {"u": "V", "slow_part": "V"})
+        values = np.array([one.value for one in simulation.parameters])
+        found.append(simulation.predict(stimulus, values).outputs["slow_part"][0])
+    assert np.ptp(found[0]) > 0.3
+    assert np.abs(found[0] - found[1]).max() < 2e-5 * np.ptp(found[0])
+
+
+def test_an_experiment_begins_where_the_device_rests_and_not_at_zero_kelvin(tmp_path: Path) -> None:
+    text = THROUGH.replace(
+        'unit = "V", rate = "(u - x)/slow"', 'unit = "V", rate = "(u - x)/slow", initial = 2.5'
+    )
+    simulation = simulation_of(tmp_path, text, {"u": "V", "slow_part": "V"})
+    candidate = SimpleNamespace(simulation=simulation, states=1)
+    assert find_rest_state(candidate).tolist() == [2.5]

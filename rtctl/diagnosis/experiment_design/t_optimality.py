@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
+from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.nominal_fit.predictability import followed_samples, period_of
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
@@ -26,6 +27,9 @@ from rtctl.diagnosis.residual.projection import RecordRows
 from rtctl.diagnosis.screening.unknown_initial_state import has_two_wells
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.noise.residual_noise import NoiseModel
+
+NOTHING = Stimulus(inputs={}, holds={}, period_s=1.0, count=2)
+"""A record of which nothing is known."""
 
 
 class RivalTerms(NamedTuple):
@@ -278,8 +282,12 @@ def compute_output_rms(problem: Problem, output: str) -> float:
 
 
 def find_rest_state(candidate: Hypothesis) -> FloatArray:
-    """Return the state at rest (states,): zero, or where the first record began if there are two wells."""
-    start = np.zeros(candidate.states)
+    """Return the state at rest (states,): the model's own start, or where the first record began if it has two wells.
+
+    A temperature is not at rest at zero.
+    """
+    values = np.array([one.value for one in candidate.simulation.parameters])
+    start = candidate.simulation.starting(NOTHING, values)[: candidate.states].copy()
     if has_two_wells(candidate.simulation):
         start[0] = candidate.starts[0][0]
     return start

@@ -7,6 +7,7 @@ explains as much as the noise itself: between the blows of an impact hammer noth
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,7 +18,19 @@ from rtctl.diagnosis.residual.input_noise import InputNoise, find_input_noise, s
 from rtctl.diagnosis.residual.testing.analysis import analyse_residual
 from rtctl.identification.fit_record import FitRecord
 
-Quiet = tuple[Problem, tuple[FitRecord, ...], InputNoise]
+
+class Quiet(NamedTuple):
+    """Records with quiet drives, and what was taken off."""
+
+    problem: Problem
+    """Records to fit."""
+    tests: tuple[FitRecord, ...]
+    noise: InputNoise
+
+    def bears_out(self, before: Hypothesis, after: Hypothesis) -> bool:
+        """Return whether the re-fitted nominal model leaves less by what the noise is said to have made of it."""
+        least = self.problem.thresholds.residual.least_noise_gone
+        return after.cost < (1.0 - least * self.problem.taken_off) * before.cost
 
 
 def take_off_drive_noise(problem: Problem, tests: tuple[FitRecord, ...], nominal: Hypothesis) -> Quiet | None:
@@ -34,6 +47,8 @@ def take_off_drive_noise(problem: Problem, tests: tuple[FitRecord, ...], nominal
     drive, subject = problem.subject.drive, problem.subject
     if not drive or subject.is_steady or problem.allowed:
         return None
+    if any(one.stimulus.holds.get(drive) == "zero" for one in problem.records):
+        return None  # what a converter puts out, and no reading
     if not any(separate_noise(one.stimulus.inputs.get(drive, np.empty(0))).any() for one in problem.records):
         return None
     try:
@@ -45,7 +60,7 @@ def take_off_drive_noise(problem: Problem, tests: tuple[FitRecord, ...], nominal
         return None
     records = tuple(_quiet(one, drive) for one in problem.records)
     quiet = replace(problem, records=records, taken_off=found[1].left ** 2)
-    return quiet, tuple(_quiet(one, drive) for one in tests), found[1]
+    return Quiet(quiet, tuple(_quiet(one, drive) for one in tests), found[1])
 
 
 def _quiet(record: FitRecord, drive: str) -> FitRecord:

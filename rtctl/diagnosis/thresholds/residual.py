@@ -77,6 +77,8 @@ class ResidualThresholds:
     is 1; the separation is not exact, and a source's own noise is felt."""
     unfelt_noise_shares: tuple[float, float] = (0.7, 1.3)
     """The same, between which all of it is taken off the drive before causes are looked for."""
+    least_noise_gone: float = 0.7
+    """Share of the squares that it is said to have made of the residual, by which these fall where it is taken off."""
     unseparated_noise: float = 0.1
     """Share of the squares of a drive's noise that may stay where it is taken off: what it makes is no finding, and no
     cause's support."""
