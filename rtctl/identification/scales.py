@@ -51,17 +51,26 @@ def estimate_scales(records: Sequence[FitRecord], output: str | None = None, dri
     )
 
 
-def find_largest_displacement(records: Sequence[FitRecord], rate: float | None = None) -> float:
+SENSOR_ZERO = "sensor.offset.offset"
+"""Parameter of an oscillator that says what its sensor reads at zero."""
+
+
+def find_largest_displacement(
+    records: Sequence[FitRecord], rate: float | None = None, zero: float = 0.0
+) -> float:
     """Return the largest scored displacement, or about that of a velocity or acceleration, from its angular frequency.
 
     Args:
         records: Records of the motion.
         rate: Angular frequency of the motion [1/s]; None: the dominant one.
+        zero: What the sensor reads at zero, of a displacement.
     """
     output = response_of(records)
+    zero = 0.0 if derivative_order(output) else zero
     scored = [record.measured[output][record.first :] for record in records]
     if "frequency" in records[0].stimulus.inputs:
-        scored = [np.hypot(values[::2], values[1::2]) for values in scored]
+        scored, zero = [np.hypot(values[::2], values[1::2]) for values in scored], 0.0
+    scored = [values - zero for values in scored]
     largest = _largest(scored)
     order = derivative_order(output)
     if not order:

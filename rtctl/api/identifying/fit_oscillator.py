@@ -11,7 +11,7 @@ from rtctl.border.model_file import ModelFile
 from rtctl.border.motion import with_displacement
 from rtctl.identification.oscillator.identify import OscillatorFit, OscillatorFitOptions, identify_oscillator
 from rtctl.identification.oscillator.sweep import identify_sweeps
-from rtctl.identification.scales import find_largest_displacement
+from rtctl.identification.scales import SENSOR_ZERO, find_largest_displacement
 from rtctl.measured.dataset import Dataset
 from rtctl.models.derived.oscillator import derive_from_file
 from rtctl.output.progress import Reporter
@@ -41,7 +41,8 @@ def fit_oscillator(
         result, dataset, None if start is None else source, {"starts": options.starts, "seed": options.seed}
     )
     content = ModelFile(model=result.model.model, provenance=provenance)
-    largest = find_largest_displacement(result.records) if result.trusted else 0.0
+    zero = next((one.value for one in result.fit.simulation.parameters if one.name == SENSOR_ZERO), 0.0)
+    largest = find_largest_displacement(result.records, zero=zero) if result.trusted else 0.0
     return Fit(
         model=Model(kind="oscillator", content=content),
         dataset=dataset.name,
