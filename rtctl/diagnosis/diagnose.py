@@ -76,6 +76,20 @@ class _Question(NamedTuple):
         first = fit_nominal(self.whole, simulation, self.report)
         return restore_evidence(first, self.ids, self.options.false_claim_rate)
 
+    def without_drive_noise(
+        self, first: NominalFit, simulation: Simulation
+    ) -> tuple[_Question, NominalFit, tuple[str, ...]]:
+        """Return what is asked of records with quiet drives, their fit and a note; all as it is where none is noisy."""
+        quiet = take_off_drive_noise(self.whole, self.tests, first.nominal) if first.uncut else None
+        if quiet is None:
+            return self, first, ()
+        asked = self._replace(whole=quiet.problem, tests=quiet.tests)
+        again = asked.fit(simulation)
+        if not quiet.bears_out(first.nominal, again.nominal):
+            return self, first, ()
+        drive = quiet.problem.subject.drive
+        return asked, again, (describe_taken_noise(quiet.noise, drive, self.dataset.units[drive]),)
+
     def allow(self, first: NominalFit) -> Problem:
         """Return the parts with the misfit that is allowed."""
         return allow_misfit(first.problem, self.promised)
@@ -141,16 +155,8 @@ def diagnose(
             dataset, model, problem, tests, fitted, options, report, subject.stated_misfit(model, dataset)
         )
         first = asked.fit(data.simulation)
-        quiet = take_off_drive_noise(problem, tests, first.nominal) if first.uncut else None
-        if quiet is not None:
-            without = asked._replace(whole=quiet.problem, tests=quiet.tests)
-            again = without.fit(data.simulation)
-            if quiet.bears_out(first.nominal, again.nominal):
-                asked, first, problem, tests = without, again, quiet.problem, quiet.tests
-                notes = (
-                    *notes,
-                    describe_taken_noise(quiet.noise, subject.drive, dataset.units[subject.drive]),
-                )
+        asked, first, heard = asked.without_drive_noise(first, data.simulation)
+        problem, tests, notes = asked.whole, asked.tests, (*notes, *heard)
         budget = tell_time(asked.allow(first), first.nominal, budget, report)
         searched = search_longer_parts(
             asked.search(first, budget),
