@@ -17,6 +17,7 @@ import tempfile
 import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 from pathlib import Path
 from statistics import median
 
@@ -31,6 +32,7 @@ TASKS: dict[str, tuple[str, Callable[[Path], Iterator[Tool]]]] = {
     "sampled-drive": ("simulate a sampled drive, 2,000 samples", sampled_drive),
     "smooth": ("a smooth orbit, 100 s", smooth),
     "stiff": ("a stiff one: van der Pol, mu = 100, 300 s", stiff),
+    "stiffer": ("the same with mu = 1000, 3,000 s", partial(stiff, mu=1000.0)),
     "ensemble": ("100 starts, 200 periods of drive", ensemble),
     "silverbox": ("identify the Silverbox", silverbox),
     "lorenz": ("equations of Lorenz's system from its states", lorenz),

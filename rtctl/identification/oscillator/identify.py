@@ -119,17 +119,17 @@ def identify_oscillator(
     undriven = model is None and _is_undriven(records)
     start = model or make_nominal_model(build, dataset.units, without=("drive_gain",) if undriven else ())
     taken = _fit_from(start, records, dataset, build, options, source, report, trust_own=model is not None)
-    standing = find_standing_reading(records) if model is None else None
-    noted = ""
+    standing, noted = (find_standing_reading(records) if model is None else None), ""
     if standing is not None:
         report("fitting with a sensor whose zero is elsewhere", 0.5)
         unit = dataset.units[DISPLACEMENT]
-        other = _fit_from(
-            with_sensor_offset(start, standing[0], unit), records, dataset, build, options, source, report
-        )
-        shares = [_compute_residual_share(one.fit, records) for one in (other, taken)]
-        if shares[0] < BETTER * shares[1]:
-            taken, noted = other, describe_taken(standing, unit, *shares)
+        with suppress(FitError, InputError):  # the well stays, then
+            other = _fit_from(
+                with_sensor_offset(start, standing[0], unit), records, dataset, build, options, source, report
+            )
+            shares = [_compute_residual_share(one.fit, records) for one in (other, taken)]
+            if shares[0] < BETTER * shares[1]:
+                taken, noted = other, describe_taken(standing, unit, *shares)
     start, fit, starts = taken.start, taken.fit, taken.starts
     doubt = _describe_doubt(_compute_residual_share(fit, records, without_mean=True), taken.free_share)
     lacking = not doubt and _lacks_something(fit, records)
