@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import sys
+import threading
 
 import pytest
 
 from rtctl.api.diagnosing import stage_of_search, watched_search
 from rtctl.border.work import count_work, metered
 from rtctl.diagnosis.problem.cancellation import CancellationToken
-from rtctl.output.fit_lines import FitLines, Lasting, work_texts
+from rtctl.output.fit_lines import FitLines, Lasting, reminded, work_texts
 from rtctl.output.progress import Reporter
 
 
@@ -31,6 +32,28 @@ def test_a_line_a_stage_and_one_now_and_then() -> None:
     assert printed[-1] == "diagnose x: 1:00, the next experiment, 120 fits so far", (
         "it is no part of the budget"
     )
+
+
+def test_a_line_now_and_then_while_nothing_is_heard(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Eight minutes of a sweep's residual went by without one."""
+    printed, now_s = list[str](), 0.0
+    lines = FitLines("diagnose x", lambda: None, stage_of_search, printed.append, lambda: now_s)
+    lines.remind()
+    assert printed == [], "nothing is under way"
+    lines.show("the nominal model")
+    lines.show(Lasting("about 0:25, at most 4:20"))
+    for at_s in (10.0, 16.0, 20.0, 32.0):
+        now_s = at_s
+        lines.remind()
+    assert printed[2:] == [f"diagnose x: 0:{k}, still at the nominal model" for k in (16, 32)]
+    monkeypatch.setattr("rtctl.output.fit_lines.EVERY_S", 0.03)
+    heard = threading.Event()
+    with reminded(FitLines("y", lambda: None, stage_of_search, lambda text: heard.set())) as _:
+        assert not heard.wait(0.1), "nothing is under way"
+    real = FitLines("z", lambda: None, stage_of_search, lambda text: "still" in text and heard.set())
+    real.show("the nominal model")
+    with reminded(real):
+        assert heard.wait(10.0)
 
 
 def test_the_share_is_that_of_the_work_that_the_search_counts(capsys: pytest.CaptureFixture[str]) -> None:

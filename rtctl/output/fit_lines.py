@@ -1,12 +1,15 @@
 """How a search of fits goes, whose number is not known before: stage, elapsed time, share of its work, fits so far.
 
-Where the output is a pipe a line is printed at the first fit of each stage, else now and then.
+Where the output is a pipe a line is printed at the first fit of each stage, else now and then, also while one fit or
+one test goes on.
 """
 
 from __future__ import annotations
 
+import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 from rtctl.output.live_line import SOON_S, clock_text
@@ -41,6 +44,7 @@ class FitLines:
     _begun_s: float = field(init=False)
     _last_s: float = field(init=False)
     _fits: int = 0
+    _stage: str = ""
     _seen: set[str] = field(default_factory=set)
 
     def __post_init__(self) -> None:
@@ -50,6 +54,7 @@ class FitLines:
         """Hear of what is under way, and print a line if one is due."""
         stage, now_s = self.stage_of(text), self.clock()
         self._fits += stage != text
+        self._stage = self._stage if isinstance(text, Lasting) else stage
         if stage in self._seen and now_s - self._last_s < EVERY_S:
             return
         self._seen.add(stage)
@@ -59,6 +64,31 @@ class FitLines:
         said += [f"{self._fits} fits so far"] if self._fits > 1 else []
         said += work_texts(elapsed_s, self.share()) if stage != text else []
         self.print_line(", ".join(said))
+
+    def remind(self) -> None:
+        """Print a line if none was for long: what is under way still is. Called from another thread."""
+        now_s = self.clock()
+        if self._stage and now_s - self._last_s >= EVERY_S:
+            self._last_s = now_s
+            self.print_line(f"{self.title}: {clock_text(now_s - self._begun_s)}, still at {self._stage}")
+
+
+@contextmanager
+def reminded(lines: FitLines) -> Iterator[None]:
+    """Print a line now and then while nothing is heard."""
+    done = threading.Event()
+
+    def watch() -> None:
+        while not done.wait(EVERY_S / 3.0):
+            lines.remind()
+
+    thread = threading.Thread(target=watch, daemon=True, name="progress")
+    thread.start()
+    try:
+        yield
+    finally:
+        done.set()
+        thread.join()
 
 
 def work_texts(elapsed_s: float, share: float | None) -> list[str]:

@@ -15,7 +15,7 @@ from html import escape
 from typing import Any
 
 from rtctl.border.errors import InputError
-from rtctl.output.fit_lines import FitLines, Lasting, Share, Stage, work_texts
+from rtctl.output.fit_lines import FitLines, Lasting, Share, Stage, reminded, work_texts
 from rtctl.output.live_line import Show, live_line
 from rtctl.output.tables import plain
 
@@ -126,7 +126,9 @@ def _fits(title: str, share: Share, stage_of: Stage, *, quiet: bool) -> Iterator
         with _notebook_line() as show:
             yield lambda text: show(f"{title}: {text}", None)
     elif not sys.stderr.isatty():
-        yield FitLines(title, share, stage_of, partial(say, quiet=False)).show
+        lines = FitLines(title, share, stage_of, partial(say, quiet=False))
+        with reminded(lines):
+            yield lines.show
     else:
         from rich.console import Console
         from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
