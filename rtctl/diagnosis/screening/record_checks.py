@@ -10,6 +10,11 @@ import numpy as np
 from rtctl.diagnosis.screening.screened import Kept
 from rtctl.diagnosis.thresholds import ScreeningThresholds
 from rtctl.measured.dataset import Record
+from rtctl.output.readable_units import readable
+
+SEEN, LEAST_LINES, ALIKE = 0.01, 4, 0.5
+"""Share of the largest line of a cross-spectrum from which on a line counts, the lines that are needed, and the mean
+cosine of their phases, least."""
 
 
 def drop_short_records(records: Sequence[Record], thresholds: ScreeningThresholds) -> Kept:
@@ -99,3 +104,47 @@ def note_inconsistent_velocities(records: Sequence[Record], thresholds: Screenin
         "was read beside it: are the velocity's unit, sign and column right, and are both of one motion?"
     )
     return Kept(records, [note])
+
+
+def note_late_velocities(records: Sequence[Record], thresholds: ScreeningThresholds) -> Kept:
+    """Note velocities that come earlier or later than the slope of the displacement beside them."""
+    late = {}
+    for record in (one for one in records if one.has("velocity") and one.has("displacement")):
+        late_s, error_s = _delay_of(record)
+        if abs(late_s) > max(
+            thresholds.late_velocity_periods * record.period_s, thresholds.late_velocity_errors * error_s
+        ):
+            late[record.name] = late_s
+    delays = np.array(list(late.values()))
+    if not late or len(np.unique(np.sign(delays))) > 1:
+        return Kept(records, [])
+    mean_s, way = float(np.abs(delays).mean()), "later" if delays[0] > 0.0 else "earlier"
+    note = (
+        f"{', '.join(late)}: the velocity comes {readable(mean_s, 's')} {way} than the slope of the displacement that "
+        "was read beside it, and both are taken for one motion: causes that are told may only stand for that. Is one of "
+        "them behind a filter, or late by itself? Align them, or leave one out"
+    )
+    return Kept(records, [note])
+
+
+def _delay_of(record: Record) -> tuple[float, float]:
+    """Return by how much the velocity is later than the displacement's slope [s], with its standard error.
+
+    By the phase of their cross-spectrum over frequency, where both are large.
+    """
+    window = np.hanning(record.samples)
+    slope = np.gradient(record.signals["displacement"], record.period_s)
+    velocity = record.signals["velocity"]
+    first, second = (np.fft.rfft(window * (one - one.mean())) for one in (slope, velocity))
+    across = second * np.conj(first)
+    rates = 2.0 * np.pi * np.fft.rfftfreq(record.samples, record.period_s)
+    seen = np.abs(across) > SEEN * np.abs(across).max()
+    weight, rates, phase = np.abs(across[seen]), rates[seen], np.angle(across[seen])
+    size = float(np.sum(weight * rates**2))
+    alike = float(weight @ np.cos(phase)) > ALIKE * float(weight.sum())  # not of another sign
+    if not (size > 0.0 and alike) or len(rates) < LEAST_LINES:
+        return 0.0, np.inf
+    late_s = -float(np.sum(weight * rates * phase)) / size
+    left = phase + rates * late_s
+    error_s = np.sqrt(float(np.sum(weight**2 * rates**2 * left**2))) / size
+    return late_s, float(error_s)

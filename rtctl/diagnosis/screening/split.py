@@ -17,6 +17,7 @@ from rtctl.diagnosis.screening.record_checks import (
     drop_short_records,
     note_impossible_readings,
     note_inconsistent_velocities,
+    note_late_velocities,
     unmark_false_repeats,
 )
 from rtctl.diagnosis.screening.screened import RecordCheck, Screened, apply_checks
@@ -57,6 +58,7 @@ def split_records(
         *(of_drive if subject.drive else ()),
         lambda records: note_impossible_readings(records, dataset.units),
         lambda records: note_inconsistent_velocities(records, thresholds),
+        lambda records: note_late_velocities(records, thresholds),
     )
     usable, notes = apply_checks(dataset.records, checks)
     fit = [record for record in usable if record.use == "fit"]

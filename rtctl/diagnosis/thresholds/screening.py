@@ -52,6 +52,10 @@ class ScreeningThresholds:
 
     velocity_slope_tolerance: float = 0.3
     """Largest relative difference of the displacement's slope from the velocity that was read beside it."""
+    late_velocity_periods: float = 0.1
+    """Sample periods that a velocity is later than the displacement's slope, from which on it is told."""
+    late_velocity_errors: float = 6.0
+    """The same in standard errors of that delay."""
     velocity_correlation_errors: float = 6.0
     """Standard errors by which slope and velocity must be correlated before they are compared."""
     samples_per_independent: float = 10.0
