@@ -121,8 +121,8 @@ def note_late_velocities(records: Sequence[Record], thresholds: ScreeningThresho
     mean_s, way = float(np.abs(delays).mean()), "later" if delays[0] > 0.0 else "earlier"
     note = (
         f"{', '.join(late)}: the velocity comes {readable(mean_s, 's')} {way} than the slope of the displacement that "
-        "was read beside it, and both are taken for one motion: causes that are told may only stand for that. Is one of "
-        "them behind a filter, or late by itself? Align them, or leave one out"
+        "was read beside it, and both are taken for one motion: causes that are told may stand for that alone. Is one "
+        "of them behind a filter, or late by itself? Align them, or leave one out"
     )
     return Kept(records, [note])
 
