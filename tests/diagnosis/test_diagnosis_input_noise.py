@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from copy import copy
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -106,3 +108,16 @@ def test_a_hammer_whose_cell_is_noisy_has_no_dead_zone(tmp_path: Path) -> None:
     found = answer_to(tmp_path, made, "drive.deadband,friction.coulomb,damping.quadratic")
     assert (found["verdict"], found["causes"]) == ("adequate", [])
     assert any("it is taken off the drive here" in note for note in found["warnings"]), found["warnings"]
+
+
+def test_a_finding_stays_one_where_no_noise_was_taken_off(tmp_path: Path) -> None:
+    """Also where the residual is below the noise that it was told to have: all tests were passed then."""
+    problem = problem_of(dataset_of(tmp_path, *records(FRICTION)))
+    tested = run_residual_tests(fit_of(problem), problem, IDS)
+    projected = copy(tested.projected)
+    projected.residual = 0.0
+    small = tested._replace(projected=projected)
+    assert tested.p_value < 1e-6
+    assert residual_tests._without_drive_noise(small, problem).p_value == tested.p_value
+    taken = replace(problem, taken_off=0.5)
+    assert residual_tests._without_drive_noise(small, taken).p_value == 1.0

@@ -98,7 +98,7 @@ def _without_drive_noise(tested: TestedHypothesis, problem: Problem) -> TestedHy
     rest = problem.thresholds.residual.unseparated_noise * problem.taken_off
     projected = tested.projected
     excess = projected.residual / max(projected.samples - projected.rank, 1) - 1.0
-    if not excess < rest:
+    if not (problem.taken_off and excess < rest):
         return tested
     return tested._replace(tests=tuple(test._replace(p_value=1.0) for test in tested.tests))
 
