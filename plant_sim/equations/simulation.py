@@ -265,6 +265,7 @@ class _Run:
                 kinks = kinks_of(
                     nodes[0], nodes[2], motion.substeps, motion.between, after=name in after_jumps
                 )
+                kinks = kinks._replace(jumps=kinks.jumps and name in directly_driven(system))
             for lane, values in enumerate(by_lane):
                 acting = [values_of(one, values) for one in sensing if one.signal == name]
                 found[name][lane] = read(

@@ -106,6 +106,15 @@ class _Question(NamedTuple):
             return Searched(first, request, search_without_refuted(request, found), cut)
         return Searched(first, request, found._replace(tests=tests), cut)
 
+    def search_all(self, first: NominalFit, budget: WorkBudget) -> Searched:
+        """Tell how long it takes, then search the parts, and longer ones where what was found follows these."""
+        told = tell_time(self.allow(first), first.nominal, budget, self.report)
+        return search_longer_parts(
+            self.search(first, told),
+            self.fit_further,
+            lambda parts: self.search(parts, told.for_longer_parts()),
+        )
+
     def fit_further(self, extended: Simulation) -> NominalFit | None:
         """Fit a model with causes that were found, as far as it follows; None where it cannot be fitted."""
         self.report("the records as far as the model follows with what was found")
@@ -157,13 +166,7 @@ def diagnose(
         first = asked.fit(data.simulation)
         asked, first, heard = asked.without_drive_noise(first, data.simulation)
         problem, tests, notes = asked.whole, asked.tests, (*notes, *heard)
-        budget = tell_time(asked.allow(first), first.nominal, budget, report)
-        searched = search_longer_parts(
-            asked.search(first, budget),
-            asked.fit_further,
-            lambda parts: asked.search(parts, budget.for_longer_parts()),
-        )
-        first, request, found, cut = searched
+        first, request, found, cut = asked.search_all(first, budget)
         notes = (*notes, *cut, *subject.describe_screened(data.simulation))
         search, whole_tests, tests = found.result, tests, found.tests
         request = request._replace(problem=search.refined_problem or request.problem, tests=tests)

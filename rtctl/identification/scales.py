@@ -51,10 +51,6 @@ def estimate_scales(records: Sequence[FitRecord], output: str | None = None, dri
     )
 
 
-SENSOR_ZERO = "sensor.offset.offset"
-"""Parameter of an oscillator that says what its sensor reads at zero."""
-
-
 def find_largest_displacement(
     records: Sequence[FitRecord], rate: float | None = None, zero: float = 0.0
 ) -> float:

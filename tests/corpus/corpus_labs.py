@@ -38,17 +38,17 @@ def grouped(path: object) -> None:
             file[name].attrs["unit"] = unit
 
 
-def appended(pause_s: float) -> Write:
-    """Two TDMS acquisitions of 300 rows in one file, the second `pause_s` after the first."""
+def appended(pause_s: float, rows: int = 300) -> Write:
+    """TDMS acquisitions of some rows in one file, each `pause_s` after the last."""
 
     def write(path: Path) -> None:
-        for first, mode in ((0, "w"), (300, "a")):
-            start = np.datetime64("2026-11-21T10:00:00") + np.timedelta64(
-                int(first + 1000 * pause_s * (first > 0)), "ms"
-            )
+        for first in range(0, ROWS, rows):
+            mode = "a" if first else "w"
+            passed_ms = int(first + 1000 * pause_s * first / rows)
+            start = np.datetime64("2026-11-21T10:00:00") + np.timedelta64(passed_ms, "ms")
             properties = {"wf_increment": 1e-3, "wf_start_time": start}
             channels = [
-                ChannelObject("g", name, values[first : first + 300], {**properties, "unit_string": unit})
+                ChannelObject("g", name, values[first : first + rows], {**properties, "unit_string": unit})
                 for name, unit, values in (("u", "V", U), ("x", "mm", X))
             ]
             with TdmsWriter(path, mode=mode) as file:
@@ -94,6 +94,8 @@ RATES = (
 ACQUISITIONS = (
     Situation("two acquisitions in one TDMS", appended(600.0), Right(remark="2 acquisitions in one file, with a pause before row 300")),
     Situation("one acquisition in two pieces of TDMS", appended(0.0), RIGHT),
+    Situation("sixty acquisitions in one TDMS", appended(600.0, rows=10), refused("r.tdms", "60 pieces with start times", "a file of its own")),
+    Situation("a stream in sixty pieces of TDMS", appended(0.0, rows=10), RIGHT),
     Situation("two acquisitions in one TDMS as one record", appended(600.0), refused("r.tdms", "2 acquisitions", "rows = [300, 600]"), {"manifest": MANIFEST}),
 )  # fmt: skip
 LOGARITHMS = (

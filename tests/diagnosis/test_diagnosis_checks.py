@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import pytest
 from coarse_cases import dataset
 from diagnosis_cases import PERIOD_S, device, measured, noise_drive, write_case
 
+from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
 from rtctl.cli import main
 from rtctl.diagnosis.nominal_fit.misfit.foreign_model import note_foreign_model
@@ -94,6 +96,20 @@ def test_a_resistance_that_no_film_has_is_said() -> None:
     assert any(f"{bad.name}: 3 readings of the resistance are 0 ohm or less" in one for one in warnings)
 
 
+def said_of_velocities(
+    folder: Path, read: Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
+) -> tuple[str, ...]:
+    """What is said of two records in which `read` makes displacement and velocity of a displacement and its slope."""
+    problem = read_dataset(write_case(folder, [record(1), record(2, "test")]))
+    records = []
+    for one in problem.records:
+        displacement = one.signals["displacement"]
+        made = read(displacement, np.gradient(displacement, PERIOD_S))
+        signals = {**one.signals, "displacement": made[0], "velocity": made[1]}
+        records.append(replace(one, signals=signals))
+    return split_records(replace(problem, records=tuple(records)), OSCILLATOR)[2]
+
+
 @pytest.mark.parametrize(
     ("scale", "noise", "said"), [(1.0, 0.0, ""), (1.0, 1.0, ""), (1e3, 0.0, "0.001 times"), (-1.0, 0.1, "-")]
 )
@@ -101,17 +117,13 @@ def test_a_velocity_that_is_no_slope_of_the_displacement_is_said(
     tmp_path: Path, scale: float, noise: float, said: str
 ) -> None:
     """Of its noise it may be any share: of a slope that is noisy too nothing is said."""
-    problem = read_dataset(write_case(tmp_path, [record(1), record(2, "test")]))
-    rng, records = np.random.default_rng(0), []
-    for one in problem.records:
-        displacement = one.signals["displacement"]
-        slope = np.gradient(displacement, PERIOD_S)
+    rng = np.random.default_rng(0)
+
+    def noisy(displacement: FloatArray, slope: FloatArray) -> tuple[FloatArray, FloatArray]:
         velocity = scale * (slope + noise * slope.std() * rng.standard_normal(len(slope)))
-        noisy = displacement + noise * 0.02 * rng.standard_normal(len(slope))
-        signals = {**one.signals, "velocity": velocity, "displacement": noisy}
-        records.append(replace(one, signals=signals))
-    warnings = split_records(replace(problem, records=tuple(records)), OSCILLATOR)[2]
-    notes = [one for one in warnings if "the displacement's slope is" in one]
+        return displacement + noise * 0.02 * rng.standard_normal(len(slope)), velocity
+
+    notes = [one for one in said_of_velocities(tmp_path, noisy) if "the displacement's slope is" in one]
     assert len(notes) == bool(said)
     assert all(said in note for note in notes)
 
@@ -121,16 +133,17 @@ def test_a_velocity_that_is_of_another_time_than_the_displacement_is_said(
     tmp_path: Path, late: float, said: str
 ) -> None:
     """A stranger's vibrometer delayed one of its channels by 0.4 ms: three causes were told, and a wrong hold."""
-    problem = read_dataset(write_case(tmp_path, [record(1), record(2, "test")]))
-    rng, records = np.random.default_rng(0), []
-    for one in problem.records:
-        displacement = one.signals["displacement"]
-        slope = np.gradient(displacement, PERIOD_S)
+    rng = np.random.default_rng(0)
+
+    def delayed(displacement: FloatArray, slope: FloatArray) -> tuple[FloatArray, FloatArray]:
         rows = np.arange(len(slope))
-        velocity = np.interp(rows - late, rows, slope) + 0.01 * slope.std() * rng.standard_normal(len(slope))
-        records.append(replace(one, signals={**one.signals, "velocity": velocity}))
-    warnings = split_records(replace(problem, records=tuple(records)), OSCILLATOR)[2]
-    notes = [one for one in warnings if "than the slope of the displacement" in one]
+        return displacement, np.interp(rows - late, rows, slope) + 0.01 * slope.std() * rng.standard_normal(
+            len(slope)
+        )
+
+    notes = [
+        one for one in said_of_velocities(tmp_path, delayed) if "than the slope of the displacement" in one
+    ]
     assert len(notes) == bool(said)
     assert all(f" {said} than" in note for note in notes)
 

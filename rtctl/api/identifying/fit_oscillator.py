@@ -10,8 +10,9 @@ from rtctl.api.model import Model
 from rtctl.border.model_file import ModelFile
 from rtctl.border.motion import with_displacement
 from rtctl.identification.oscillator.identify import OscillatorFit, OscillatorFitOptions, identify_oscillator
+from rtctl.identification.oscillator.standing_reading import SENSOR_ZERO
 from rtctl.identification.oscillator.sweep import identify_sweeps
-from rtctl.identification.scales import SENSOR_ZERO, find_largest_displacement
+from rtctl.identification.scales import find_largest_displacement
 from rtctl.measured.dataset import Dataset
 from rtctl.models.derived.oscillator import derive_from_file
 from rtctl.output.progress import Reporter

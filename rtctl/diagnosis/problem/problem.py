@@ -43,7 +43,7 @@ class Problem:
     """Quantization step of outputs, in their units, where more than these records told it: a part of them may show
     none."""
     taken_off: float = 0.0
-    """Squares that noise of the recorded drive, which is taken off it, made of the residual's; 0: none is."""
+    """Share of the residual's squares that noise of the recorded drive made, which is taken off it; 0: none is."""
     thresholds: Thresholds = field(default_factory=Thresholds)
     """Numbers by which the diagnosis decides."""
     cancellation: CancellationToken = field(default_factory=CancellationToken)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import dataclass
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +21,7 @@ from rtctl.identification.oscillator.refit import make_refit
 from rtctl.identification.oscillator.standing_reading import (
     BETTER,
     DISPLACEMENT,
+    describe_either,
     describe_taken,
     find_standing_reading,
     with_sensor_offset,
@@ -118,18 +120,8 @@ def identify_oscillator(
     records = select_usable_records(dataset)
     undriven = model is None and _is_undriven(records)
     start = model or make_nominal_model(build, dataset.units, without=("drive_gain",) if undriven else ())
-    taken = _fit_from(start, records, dataset, build, options, source, report, trust_own=model is not None)
-    standing, noted = (find_standing_reading(records) if model is None else None), ""
-    if standing is not None:
-        report("fitting with a sensor whose zero is elsewhere", 0.5)
-        unit = dataset.units[DISPLACEMENT]
-        with suppress(FitError, InputError):  # the well stays, then
-            other = _fit_from(
-                with_sensor_offset(start, standing[0], unit), records, dataset, build, options, source, report
-            )
-            shares = [_compute_residual_share(one.fit, records) for one in (other, taken)]
-            if shares[0] < BETTER * shares[1]:
-                taken, noted = other, describe_taken(standing, unit, *shares)
+    fitting = _Fitting(records, dataset, build, options, source, report)
+    taken, noted = fitting.from_zero(start) if model is None else (fitting.of(start, trust_own=True), "")
     start, fit, starts = taken.start, taken.fit, taken.starts
     doubt = _describe_doubt(_compute_residual_share(fit, records, without_mean=True), taken.free_share)
     lacking = not doubt and _lacks_something(fit, records)
@@ -161,33 +153,56 @@ class _Taken(NamedTuple):
     """A fit from a start model."""
 
     start: ModelFile
-    fit: Fit
     starts: Starts
+    fit: Fit
     reason: str
+    """Why its method was chosen."""
     free_share: float
+    """What free runs leave of the motion, of a fit by segments; else NaN."""
 
 
-# 7 parameters because a fit needs its data, its model and how it is done
-def _fit_from(  # noqa: PLR0913
-    start: ModelFile,
-    records: tuple[FitRecord, ...],
-    dataset: Dataset,
-    build: Build,
-    options: OscillatorFitOptions,
-    source: str,
-    report: ReportProgress,
-    *,
-    trust_own: bool = False,
-) -> _Taken:
-    """Fit what is free in a start model. Raises InputError where nothing is, or there are too few samples for it."""
-    simulation = build(start, dataset.units, source)
-    if all(parameter.fixed for parameter in simulation.parameters):
-        raise InputError(f"{source}: every parameter is fixed or missing: there is nothing to fit")
-    _check_number_of_samples(dataset, records, simulation)
-    report("start values", 0.0)
-    starts = generate_starts(simulation, records, options.starts, options.seed, trust_own=trust_own)
-    fit, reason, free_share = _fit_by_suitable_method(simulation, records, starts, options, report)
-    return _Taken(start, fit, starts, reason, free_share)
+class _Fitting(NamedTuple):
+    """What every fit of one identification shares."""
+
+    records: tuple[FitRecord, ...]
+    dataset: Dataset
+    build: Build
+    options: OscillatorFitOptions
+    source: str
+    report: ReportProgress
+
+    def of(self, start: ModelFile, *, trust_own: bool = False) -> _Taken:
+        """Fit what is free in a start model. Raises InputError where nothing is, or samples are too few for it."""
+        simulation = self.build(start, self.dataset.units, self.source)
+        if all(parameter.fixed for parameter in simulation.parameters):
+            raise InputError(f"{self.source}: every parameter is fixed or missing: there is nothing to fit")
+        _check_number_of_samples(self.dataset, self.records, simulation)
+        self.report("start values", 0.0)
+        options = self.options
+        starts = generate_starts(simulation, self.records, options.starts, options.seed, trust_own=trust_own)
+        return _Taken(
+            start, starts, *_fit_by_suitable_method(simulation, self.records, starts, options, self.report)
+        )
+
+    def from_zero(self, start: ModelFile) -> tuple[_Taken, str]:
+        """Fit the nominal model, also with a sensor whose zero is elsewhere if it reads far from zero; and a note."""
+        standing = find_standing_reading(self.records)
+        if standing is None:
+            return self.of(start), ""
+        unit = self.dataset.units[DISPLACEMENT]
+        try:
+            shifted = self.of(with_sensor_offset(start, standing[0], unit))
+        except (FitError, InputError):
+            return self.of(start), ""
+        left = _compute_residual_share(shifted.fit, self.records)
+        try:
+            well = self.of(start)
+        except FitError:
+            return shifted, describe_taken(standing, unit, left, inf)
+        left_in_well = _compute_residual_share(well.fit, self.records)
+        if not left < BETTER * left_in_well:
+            return well, describe_either(standing, unit, left, left_in_well)
+        return shifted, describe_taken(standing, unit, left, left_in_well)
 
 
 def _describe_doubt(left: float, free_share: float) -> str:

@@ -6,6 +6,7 @@ zero holds such a reading, and everything else is wrong with it. Which of the tw
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -15,6 +16,8 @@ from rtctl.identification.fit_record import FitRecord
 from rtctl.output.readable_units import readable
 
 ID, DISPLACEMENT = "sensor.offset", "displacement"
+SENSOR_ZERO = f"{ID}.offset"
+"""Parameter that says what the sensor reads at zero."""
 FAR = 1.0
 """Mean reading over the span of the whole motion, from which on it stands far from zero."""
 BETTER = 0.9
@@ -22,7 +25,14 @@ BETTER = 0.9
 TAKEN = (
     "the displacement stands at {value}, {ratio:.2g} times the span of its motion: that is taken as the zero of the "
     "sensor ({id} in the model), which leaves {left:.3g} % of the motion, and not as a well that the device rests in, "
-    "which leaves {other:.3g} %. A manifest with offset in [signals.displacement] would take it off the readings"
+    "which {other}. A manifest with offset in [signals.displacement] would take it off the readings"
+)
+
+EITHER = (
+    "the displacement stands at {value}, {ratio:.2g} times the span of its motion: the model has a well there. A "
+    "sensor whose zero is elsewhere fits about as well ({left:.3g} % of the motion left; the well leaves {other:.3g} "
+    "%): if the device has no wells, write offset into [signals.displacement] and identify again, and the spring is "
+    "that about rest"
 )
 
 
@@ -43,8 +53,19 @@ def with_sensor_offset(start: ModelFile, offset: float, unit: str) -> ModelFile:
     return start.model_copy(update={"model": model})
 
 
-def describe_taken(found: tuple[float, float], unit: str, left: float, other: float) -> str:
-    """Return the note on a reading that was taken as the sensor's zero; shares are of the motion (RMS)."""
-    return TAKEN.format(
-        value=readable(found[0], unit), ratio=found[1], id=ID, left=100.0 * left, other=100.0 * other
+def describe_either(found: tuple[float, float], unit: str, left: float, other: float) -> str:
+    """Return the note on a reading in a well that a sensor's zero explains as well; "": it does not."""
+    if not BETTER * left < other:
+        return ""
+    return EITHER.format(
+        value=readable(found[0], unit), ratio=found[1], left=100.0 * left, other=100.0 * other
     )
+
+
+def describe_taken(found: tuple[float, float], unit: str, left: float, other: float) -> str:
+    """Return the note on a reading that was taken as the sensor's zero; shares are of the motion (RMS).
+
+    `other` is infinite where no well can be fitted.
+    """
+    well = f"leaves {100.0 * other:.3g} %" if other < math.inf else "diverges from every start"
+    return TAKEN.format(value=readable(found[0], unit), ratio=found[1], id=ID, left=100.0 * left, other=well)

@@ -32,7 +32,6 @@ QUANTITIES = {
 EXACT = 8.0
 """Vote of a column that has the signal's own name."""
 SINGLE = "a single number"
-LOGARITHM = ", which is no signal: export it in a linear unit"
 FEWEST_COUNTED, MOST_LOST = 10, 0.05
 """Rows of a column that counts them, least, and the share of its steps that may be longer than one."""
 NOT_SIGNALS = ("time", "index", "rate", "period", "none")
@@ -119,7 +118,7 @@ def find_candidates(
         elif is_count(first.values):
             others[name] = "counts the rows"
         elif logarithm := told_logarithm(first, named=not named_logarithms):
-            others[name] = f"{logarithm}{LOGARITHM}"
+            others[name] = logarithm
         else:
             values = next(column.values for column in columns if column.varies and column.values is not None)
             found[name] = Candidate(

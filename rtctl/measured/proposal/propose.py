@@ -12,7 +12,6 @@ from rtctl.measured.manifest.signal_kinds import measured_kinds
 from rtctl.measured.proposal.aligned import aligned
 from rtctl.measured.proposal.between_rows.hold import find_hold
 from rtctl.measured.proposal.candidates import (
-    LOGARITHM,
     Candidate,
     find_candidates,
     find_silent,
@@ -186,9 +185,7 @@ def _check_given(given: Mapping[str, Given], survey: Survey, *, named_logarithms
         if column is not None and column.values is None:
             raise InputError(f'{survey.path}: column "{one.column}", given as the {signal}, {column.refusal}')
         if column is not None and (logarithm := told_logarithm(column, named=not named_logarithms)):
-            raise InputError(
-                f'{survey.path}: column "{one.column}", given as the {signal}, {logarithm}{LOGARITHM}'
-            )
+            raise InputError(f'{survey.path}: column "{one.column}", given as the {signal}, {logarithm}')
 
 
 def _signals(

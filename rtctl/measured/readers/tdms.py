@@ -56,6 +56,7 @@ def read(path: Path) -> Table:
         beside |= {group.name: _beside(group.properties) for group in opened.groups()}
         for part in (*opened.groups(), *channels):
             texts |= texts_of(part.properties, part.name)
+    with path.open("rb") as file:
         begun = first_rows(file, segments)
     starts = _starts(channels)
     for name, channel in zip(_names(channels), channels, strict=True):

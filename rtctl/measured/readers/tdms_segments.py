@@ -24,7 +24,7 @@ _START = re.compile(rb"wf_start_time(?:\x44\0\0\0|\0\0\0\x44)(.{16})", re.DOTALL
 LONGEST_PAUSE = 0.1
 """Pause, as a share of what was recorded before it, up to which the computer's clock explains it."""
 MOST_STARTS = 50
-"""Segments with a start time of their own that are looked at."""
+"""Segments with a start time of their own that are looked at one by one; of more the first and the last."""
 
 
 class Segment(NamedTuple):
@@ -66,10 +66,25 @@ def first_rows(file: BinaryIO, segments: Sequence[Segment]) -> dict[str, tuple[i
     Args:
         file: The file, open; it may be left anywhere.
         segments: Its segments.
+
+    Raises:
+        ValueError: In words: they are too many.
     """
     stating = [one for one in segments if one.starts]
-    if len(frozenset().union(*(one.starts for one in stating))) < 2 or len(stating) > MOST_STARTS:
+    if len(frozenset().union(*(one.starts for one in stating))) < 2:
         return {}
+    if len(stating) > MOST_STARTS:
+        if _paused(file, [stating[0], stating[-1]]):
+            raise ValueError(
+                f"holds {len(stating)} pieces with start times of their own and pauses between them, at most "
+                f"{MOST_STARTS} are told apart; save each acquisition to a file of its own"
+            )
+        return {}
+    return _paused(file, stating)
+
+
+def _paused(file: BinaryIO, stating: Sequence[Segment]) -> dict[str, tuple[int, ...]]:
+    """Return the rows of each channel with which an acquisition begins later than the last one ended."""
     found: dict[str, list[int]] = {}
     begun: dict[str, tuple[int, np.datetime64]] = {}
     for one in stating:

@@ -30,7 +30,7 @@ from rtctl.diagnosis.problem.subject import (
 )
 from rtctl.identification.noise.resonant_part import Resonance
 from rtctl.identification.oscillator.response import describe_response
-from rtctl.identification.scales import SENSOR_ZERO, find_largest_displacement
+from rtctl.identification.scales import find_largest_displacement
 from rtctl.models.derived.oscillator import derive_oscillator
 from rtctl.models.derived.quantity import Derived
 from rtctl.models.oscillator import read_oscillator_model, write_oscillator_model
@@ -206,9 +206,9 @@ def _derive(
     units: Mapping[str, str],
     problem: FittedRecords,
 ) -> tuple[Derived, ...]:
-    told = estimates.get("", {}).get(SENSOR_ZERO) or estimates.get("sensor.offset", {}).get("offset")
+    zero = estimates.get("sensor.offset", {}).get("offset")
     largest = find_largest_displacement(
-        problem.records, problem.scales.rate, 0.0 if told is None else told.value
+        problem.records, problem.scales.rate, 0.0 if zero is None else zero.value
     )
     return derive_oscillator(estimates, units, largest)
 

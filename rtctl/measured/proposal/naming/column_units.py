@@ -21,6 +21,7 @@ from rtctl.measured.units import check_unit, is_proportional, same_unit
 
 UNIT_VOTE = 3.0
 """Vote of a unit for the quantity that is measured in it: above a letter's, below a word's."""
+LOGARITHM = "a logarithm, which is no signal: export it in a linear unit"
 AS_GRAVITY = "taken as standard gravity, 9.80665 m/s^2"
 MOTIONS = ("displacement", "velocity", "acceleration")
 OUTPUTS = (*MOTIONS, "deflection", "response", "resistance")
@@ -91,8 +92,9 @@ def told_logarithm(column: Column, *, named: bool = True) -> str:
     It is by its unit or, where `named`, by its name.
     """
     if is_in_decibels(column):
-        return "is in dB, a logarithm"
-    return "is by its name a logarithm" if named and is_named_logarithm(column.label or column.name) else ""
+        return f"is in dB, {LOGARITHM}"
+    is_named = named and is_named_logarithm(column.label or column.name)
+    return f"is by its name {LOGARITHM}" if is_named else ""
 
 
 def is_in_decibels(column: Column) -> bool:
