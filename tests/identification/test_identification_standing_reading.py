@@ -40,7 +40,7 @@ def test_a_stand_off_is_the_zero_of_the_sensor(tmp_path: Path) -> None:
 def test_of_a_stand_off_that_a_deep_well_fits_as_well_both_are_told(tmp_path: Path) -> None:
     linear = {**DUFFING, "stiffness_cubic": 0.0}
     fit = rtctl.identify(written(tmp_path, linear, 2.0, 0.0, 5000.0))
-    assert any("a sensor whose zero is elsewhere fits about as well" in note for note in fit.warnings), (
+    assert any("A sensor whose zero is elsewhere fits about as well" in note for note in fit.warnings), (
         fit.warnings
     )
 
