@@ -110,7 +110,7 @@ class Initiation:
         return self.summary._repr_html_()
 
 
-# 14 parameters because each is an option of the command line
+# 15 parameters because each is an option of the command line
 def init(  # noqa: PLR0913
     files: PathText | Sequence[PathText],
     *,
@@ -122,6 +122,7 @@ def init(  # noqa: PLR0913
     scales: str | Sequence[str] | Mapping[str, str] = (),
     time: str | None = None,
     sample_rate_hz: float | None = None,
+    drive_amplitude: str | None = None,
     hold: str | None = None,
     test: str | None = None,
     name: str | None = None,
@@ -141,6 +142,7 @@ def init(  # noqa: PLR0913
         scales: `NAME=NUMBER UNIT` of transducers, or a mapping: a sensitivity (22.4 mV/N) or a scale (44.6 N/V).
         time: `COLUMN[:UNIT]` of the time ("-": none of the columns is).
         sample_rate_hz: Rate [Hz], instead of a time column.
+        drive_amplitude: Of sweeps whose files do not tell it, with its unit: "20 mV", "20 mV rms".
         hold: Of the drive between its samples: "linear", "zero" or "band-limited".
         test: File whose records no fit uses; "last-third" or "none".
         name: Name of the dataset.
@@ -152,7 +154,7 @@ def init(  # noqa: PLR0913
     """
     answers = Answers(
         plant=plant, inputs=_texts(inputs), outputs=_texts(outputs), scales=_texts(scales), time=time,
-        sample_rate_hz=sample_rate_hz, hold=hold, test=test, name=name,
+        sample_rate_hz=sample_rate_hz, drive_amplitude=drive_amplitude, hold=hold, test=test, name=name,
         model=None if model is None else signals_of_model(path_of("model", model)),
     )  # fmt: skip
     paths = paths_of(files)

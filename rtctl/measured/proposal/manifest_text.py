@@ -63,6 +63,8 @@ def _record(record: RecordGuess, time: TimeGuess, folder: Path) -> list[str]:
     if record.name:
         lines.append(f"name = {quoted(record.name)}")
     lines += _time(record, time)
+    if record.drive_amplitude is not None:
+        lines.append(f"drive_amplitude = {record.drive_amplitude:.9g}{_because(record.drive_why)}")
     if record.rows:
         lines.append(f"rows = [{record.rows[0]}, {record.rows[1]}]")
     if record.ignore_first:

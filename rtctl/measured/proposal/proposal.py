@@ -56,6 +56,8 @@ class Answers:
     time: str | None = None
     """Text `COLUMN[:UNIT]`; "-": none of the columns is the time."""
     sample_rate_hz: float | None = None
+    drive_amplitude: str | None = None
+    """Amplitude of the drive of sweeps, such as "20 mV rms"."""
     hold: str | None = None
     test: str | None = None
     """Records that no fit uses: the name of a file or of a group in it, "last-third" or "none"."""
@@ -66,6 +68,7 @@ class Answers:
         single = {
             "--plant": self.plant, "--model": None if self.model is None else str(self.model.path),
             "--time": self.time, "--hold": self.hold, "--test": self.test, "--name": self.name,
+            "--drive-amplitude": self.drive_amplitude,
             "--sample-rate": None if self.sample_rate_hz is None else f"{self.sample_rate_hz:.12g}",
         }  # fmt: skip
         several = {"--input": self.inputs, "--output": self.outputs, "--scale": self.scales}
@@ -145,6 +148,9 @@ class RecordGuess:
     why: str
     rows: tuple[int, int] | None = None
     ignore_first: int = 0
+    drive_amplitude: float | None = None
+    """Of a sweep: peak value of its drive, in the drive's unit, where no column has it."""
+    drive_why: str = ""
     rate_hz: float | None = None
     """Rate of this file, by a variable or by its stamps."""
     name: str | None = None

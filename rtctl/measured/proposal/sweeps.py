@@ -29,6 +29,7 @@ from rtctl.measured.proposal.naming.column_units import (
 )
 from rtctl.measured.proposal.proposal import Answers, Open, Proposal, RecordGuess, SignalGuess, TimeGuess
 from rtctl.measured.proposal.survey import Survey
+from rtctl.measured.proposal.sweep_drive import DriveLevel, doubts_about_levels, find_levels, in_unit
 from rtctl.measured.records.sweep_reading import LEAST_ROWS
 from rtctl.measured.stated_unit import stated_amplitude
 from rtctl.measured.units import is_angular, same_unit
@@ -40,12 +41,14 @@ PAIRS = (
     ("amplitude", r"r|a|amp\w*|mag\w*|abs|modulus", "phase", r"phase|theta|phi|ang|angle|arg"),
 )
 """Keys of the manifest with the names that their columns have, or with which these end."""
+NO_COLUMN = "drive"
+"""Column of a drive whose amplitude no column has."""
 MOST_RADIANS = 2.0 * np.pi + 0.1
 """Phase beyond which it is in degrees."""
 NO_AMPLITUDE = (
-    'a sweep of frequencies (frequency "{0}", {1} "{2}", {3} "{4}"): no column is the amplitude of the drive, and the '
-    "response is in {5}, not per drive. Write the manifest by hand, with drive_amplitude (docs/datasets.md, Sweeps of "
-    'frequencies), or add a column such as "drive [V]"'
+    'a sweep of frequencies (frequency "{0}", {1} "{2}", {3} "{4}"): nobody tells the amplitude of the drive, no '
+    "column, no line above the columns and no name of a file, and the response is in {5}, not per drive. Say it with "
+    '--drive-amplitude "20 mV" (or "20 mV rms"), of files with different drives in their names: sweep_020mV.csv'
 )
 
 
@@ -99,7 +102,12 @@ def propose_sweeps(columns: SweepColumns, surveys: Sequence[Survey], answers: An
     kind = plant_kind("oscillator").without_stand_ins()
     given = given_signals(answers, kind.signals, survey.columns)
     name, unit, source, drive_unit = _response(columns, survey, given)
-    drive = _drive(columns, survey, given, drive_unit)
+    drive = None if answers.drive_amplitude else _drive(columns, survey, given, drive_unit)
+    levels = None
+    if drive is None or drive.column == NO_COLUMN:
+        levels = find_levels(surveys, answers.drive_amplitude)
+        levels = in_unit(levels, drive_unit) if drive_unit else levels
+        drive = _drive_at(levels) if levels else drive
     first, second = columns.parts.items()
     if drive is None:
         raise InputError(
@@ -111,7 +119,9 @@ def propose_sweeps(columns: SweepColumns, surveys: Sequence[Survey], answers: An
         name=name, role="output", column=first[1], why="a sweep of frequencies, by the names of its columns",
         unit=unit, unit_source=source, keys=keys, amplitude_unit=_written(amplitude),
     )  # fmt: skip
-    if not drive_unit:
+    if levels:
+        unsure = (*unsure, *doubts_about_levels(levels))
+    elif not drive_unit:
         unsure = (*unsure, *_doubts_about_peaks(survey, drive, response, amplitude))
     opens = [
         Open(f"unit.{one.name}", _unknown_unit(one), f"--{one.role} {shlex.quote(text)}")
@@ -132,7 +142,7 @@ def propose_sweeps(columns: SweepColumns, surveys: Sequence[Survey], answers: An
             column=columns.frequency, unit=read_column(survey.columns[columns.frequency]).unit.text or None,
             why="frequencies, by name and unit", is_frequency=True,
         ),
-        records=_records(columns, surveys, answers),
+        records=_records(columns, surveys, answers, levels),
         opens=tuple(opens),
         unsure=unsure,
     )  # fmt: skip
@@ -266,7 +276,15 @@ def _drive(
             return _drive_of(survey, name, None)
     if not per_drive:
         return None
-    return SignalGuess(name="drive", role="input", column="drive", why="no column has it", unit=per_drive)
+    return SignalGuess(name="drive", role="input", column=NO_COLUMN, why="no column has it", unit=per_drive)
+
+
+def _drive_at(levels: Sequence[DriveLevel]) -> SignalGuess:
+    """Return the drive whose amplitude each record has."""
+    return SignalGuess(
+        name="drive", role="input", column=NO_COLUMN, why="no column has it, drive_amplitude of each record does",
+        unit=levels[0].unit, unit_source=f"{levels[0].why}",
+    )  # fmt: skip
 
 
 def _drive_of(survey: Survey, column: str, given: Given | None) -> SignalGuess:
@@ -310,24 +328,29 @@ def _keys(
     return tuple(keys), tuple(unsure)
 
 
-def _records(columns: SweepColumns, surveys: Sequence[Survey], answers: Answers) -> tuple[RecordGuess, ...]:
+def _records(
+    columns: SweepColumns, surveys: Sequence[Survey], answers: Answers, levels: Sequence[DriveLevel] | None
+) -> tuple[RecordGuess, ...]:
     """Return one record for each run of frequencies; of several the last one is for the test."""
     found = []
-    for survey in surveys:
+    for which, survey in enumerate(surveys):
         values = survey.columns[columns.frequency].values if columns.frequency in survey.columns else None
         runs = _runs(values) if values is not None else []
         if not runs:
             raise InputError(
                 f'{survey.path}: has no sweep in a column "{columns.frequency}", as {surveys[0].path} has'
             )
-        found += [(survey.path, rows if len(runs) > 1 else None) for rows in runs]
+        level = levels[which] if levels else None
+        found += [(survey, level, rows if len(runs) > 1 else None) for rows in runs]
     last = len(found) - 1 if len(found) > 1 and answers.test != "none" else -1
     return tuple(
         RecordGuess(
-            file=path,
+            file=survey.path,
             use="test" if k == last else "fit",
             why="the last sweep" if k == last else "",
             rows=rows,
+            drive_amplitude=level and level.amplitude,
+            drive_why=level.why if level else "",
         )
-        for k, (path, rows) in enumerate(found)
+        for k, (survey, level, rows) in enumerate(found)
     )

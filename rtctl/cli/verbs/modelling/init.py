@@ -44,6 +44,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--sample-rate", type=float, metavar="HZ", help="sample rate, instead of a time column"
     )
     parser.add_argument(
+        "--drive-amplitude", metavar="'NUMBER UNIT'",
+        help="of sweeps whose files do not tell it: amplitude of the drive, such as '20 mV' or '20 mV rms'",
+    )  # fmt: skip
+    parser.add_argument(
         "--hold", metavar="HOLD", help="of the drive between samples: linear, zero, band-limited"
     )
     parser.add_argument(
@@ -72,6 +76,7 @@ def run(args: argparse.Namespace) -> int:
     answers = Answers(
         plant=args.plant, inputs=tuple(args.inputs), outputs=tuple(args.outputs), scales=tuple(args.scales),
         time=args.time, sample_rate_hz=args.sample_rate, hold=args.hold, test=args.test, name=args.name,
+        drive_amplitude=args.drive_amplitude,
         model=None if args.model is None else signals_of_model(args.model),
     )  # fmt: skip
     paths = paths_of(args.files)
