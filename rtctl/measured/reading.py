@@ -162,7 +162,7 @@ def _units_and_holds(reading: Reading) -> tuple[dict[str, str], dict[str, str]]:
 def _find_never_measured(reading: Reading, measured: Callable[[str], bool]) -> None:
     """Report a declared signal that no record has: it is a misspelt column, not a missing instrument."""
     for name, table in reading.manifest.signals.items():
-        if not measured(name):
+        if table.constant is None and not measured(name):
             column = table.parts[0] if table.parts else table.column or name
             available = {
                 other

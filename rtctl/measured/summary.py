@@ -194,6 +194,9 @@ def _sources(dataset: Dataset, manifest: Manifest) -> dict[str, Source]:
     cache = TableCache()
     found = {}
     for name, table in manifest.signals.items():
+        if table.constant is not None:
+            found[name] = Source("none: constant", "manifest")
+            continue
         column = table.parts[0] if table.parts else table.column or name
         stated = None
         for record in manifest.records:

@@ -292,7 +292,7 @@ def test_a_release_without_a_drive_is_told_with_what_to_do(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     said = refusal(capsys, table(tmp_path, "t [s],angle [deg]\n", M.t, M.x))
-    assert "release without any drive: add a column of zeros" in said
+    assert "release without any drive: say --input -" in said
 
 
 def test_a_finding_of_all_records_of_a_file_is_told_once(

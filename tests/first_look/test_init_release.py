@@ -47,3 +47,39 @@ def test_other_constants_are_asked_about(
     path = write_text(tmp_path / "r.csv", f"t [s],{name},x [mm]\n", M.t, values, motion)
     with pytest.raises(InputError, match="drive"):
         rtctl.init(path, plot=False)
+
+
+def free_motion(seed: int) -> np.ndarray:
+    """Return a decaying motion [mm] of 80 (rad/s), 4 1/s, rows of 1 ms."""
+    t = 1e-3 * np.arange(1500)
+    return 3.0 * np.exp(-2.0 * t) * np.cos(80.0 * t + seed) + 1e-3 * np.random.default_rng(seed).normal(
+        size=1500
+    )
+
+
+def test_a_release_whose_file_has_no_drive_at_all(tmp_path: Path) -> None:
+    files = [
+        write_text(tmp_path / f"r{k}.csv", "t [s],x [mm]\n", 1e-3 * np.arange(1500), free_motion(k))
+        for k in range(2)
+    ]
+    found = rtctl.init(files)
+    assert "constant = 0.0  # no column drives, and the motion decays" in found.path.read_text(
+        encoding="utf-8"
+    )
+    assert any("if something drove, record it beside" in one for one in found.unsure)
+    record = found.dataset.records[0]
+    assert not record.signals["drive"].any()
+    assert len(record.signals["drive"]) == record.samples
+    fit = rtctl.identify(found.path)
+    assert fit.parameters["damping"].value == pytest.approx(4.0, rel=0.01)
+    assert fit.parameters["stiffness"].value == pytest.approx(80.0**2 + 4.0, rel=0.001)
+    assert "drive_gain" not in fit.parameters
+
+
+def test_a_motion_that_goes_on_without_a_drive_is_asked_about(tmp_path: Path) -> None:
+    path = write_text(tmp_path / "r.csv", "t [s],x [mm]\n", M.t, M.x)
+    with pytest.raises(InputError, match="--input -"):
+        rtctl.init(path, plot=False)
+    assert "constant = 0.0  # you said so" in rtctl.init(path, inputs="-", plot=False).path.read_text(
+        encoding="utf-8"
+    )

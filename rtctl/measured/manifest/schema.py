@@ -153,6 +153,8 @@ class SignalTable(Checked):
     """Scale [unit per count]: the signal is scale times what the column holds, plus offset."""
     offset: Annotated[float, BeforeValidator(_finite)] | None = None
     """Offset [unit]."""
+    constant: Annotated[float, BeforeValidator(_finite)] | None = None
+    """Of an input that no column has: its value [unit] throughout, 0 in a release."""
     in_phase: Text | None = None
     """Of a sweep: column of the part in phase with the drive, Re of displacement over drive."""
     quadrature: Text | None = None
@@ -178,6 +180,18 @@ class SignalTable(Checked):
     def _hold_of_an_input(self) -> SignalTable:
         if self.hold is not None and self.role == "output":
             raise ValueError(f'hold = "{self.hold}" is for inputs only; remove it')
+        return self
+
+    @model_validator(mode="after")
+    def _without_column(self) -> SignalTable:
+        if self.constant is None:
+            return self
+        if self.role == "output":
+            raise ValueError(f"constant = {self.constant:g} is for inputs only; remove it")
+        others = ("column", "scale", "offset", "hold", "amplitude_unit")
+        given = next((one for one in others if getattr(self, one) is not None), None)
+        if given is not None:
+            raise ValueError(f"constant = {self.constant:g} and {given} exclude each other; keep one")
         return self
 
     @property
@@ -342,6 +356,8 @@ def _shared_columns(signals: dict[str, Any]) -> list[str]:
     columns: dict[str, str] = {}
     found = []
     for name, table in signals.items():
+        if isinstance(table, dict) and "constant" in table:
+            continue
         column = str(table.get("column", _first_part(table) or name)) if isinstance(table, dict) else name
         if column in columns:
             found.append(

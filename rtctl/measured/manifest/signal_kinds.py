@@ -55,9 +55,10 @@ def signal_findings(plant: str, signals: Mapping[str, Any]) -> list[str]:
             ]
         elif not (kind.optional or kind.stands_for or standing):
             unit = f" in {kind.unit}" if kind.unit else ""
+            none = "; where nothing drives, with constant = 0.0" if kind.role == "input" else ""
             found.append(
                 f'signal "{name}" is missing: a plant "{plant}" needs its {kind.role}; '
-                f'add [signals.{name}] with role = "{kind.role}" and its unit{unit}'
+                f'add [signals.{name}] with role = "{kind.role}" and its unit{unit}{none}'
             )
     responses = plant_kind(plant).responses
     if responses and not set(responses) & signals.keys():

@@ -40,7 +40,9 @@ def _signal(signal: SignalGuess) -> list[str]:
     lines = ["", f"[signals.{signal.name}]", f"role = {quoted(signal.role)}"]
     for key, value in signal.keys:
         lines.append(f"{key} = {quoted(value) if isinstance(value, str) else 'true'}")
-    if not signal.keys:
+    if signal.constant is not None:
+        lines.append(f"constant = {signal.constant!r}{_because(signal.why)}")
+    elif not signal.keys:
         lines.append(f"column = {quoted(signal.column)}{_because(signal.why)}")
     held = absolute_unit(signal.unit)
     lines.append(f"unit = {quoted(held.unit)}{_because(signal.unit_source)}")

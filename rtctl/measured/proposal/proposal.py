@@ -108,6 +108,8 @@ class SignalGuess:
     """Of a sweep: what the numbers of the column are, such as "um rms"; "": peak values in `unit`."""
     scale: float | None = None
     """Scale [unit per number of the column]; None: 1."""
+    constant: float | None = None
+    """Value of an input that no column has, 0 in a release; its column is then "-"."""
     hold: str | None = None
     hold_why: str = ""
     certain: bool = False

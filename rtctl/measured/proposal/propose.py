@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -10,7 +9,6 @@ from typing import NamedTuple
 from rtctl.border.errors import InputError
 from rtctl.measured.manifest.signal_kinds import measured_kinds
 from rtctl.measured.proposal.aligned import aligned
-from rtctl.measured.proposal.between_rows.hold import find_hold
 from rtctl.measured.proposal.candidates import (
     Candidate,
     find_candidates,
@@ -21,36 +19,26 @@ from rtctl.measured.proposal.given import Given, check_plant, given_signals
 from rtctl.measured.proposal.instants.stamps import judge_stamps
 from rtctl.measured.proposal.instants.time_base import find_time, homes_of
 from rtctl.measured.proposal.instants.told_rate import told_rate_hz
-from rtctl.measured.proposal.naming.column_names import STRONG
 from rtctl.measured.proposal.naming.column_units import (
-    Unit,
-    as_written,
-    given_unit,
-    own_scale,
-    read_column,
     told_logarithm,
 )
 from rtctl.measured.proposal.naming.own_recording import without_computed
-from rtctl.measured.proposal.naming.unit_roles import check_motion, check_swapped, doubts_about_units
 from rtctl.measured.proposal.own_equations.roles import assign_named_roles
 from rtctl.measured.proposal.own_equations.signals import with_named_signals, with_signals
 from rtctl.measured.proposal.parts import NO_TEST, called, find_parts, propose_records
 from rtctl.measured.proposal.proposal import (
     NO_SIGNAL,
     Answers,
-    Open,
     Proposal,
     RecordGuess,
     SignalGuess,
     TimeGuess,
 )
-from rtctl.measured.proposal.roles import Choice, Roles, assign_roles
-from rtctl.measured.proposal.scales import given_scales, scale_of
+from rtctl.measured.proposal.roles import Roles, assign_roles
+from rtctl.measured.proposal.signal_tables import propose_signals
 from rtctl.measured.proposal.survey import Survey
-from rtctl.measured.proposal.sweeps import find_sweep, propose_sweeps
+from rtctl.measured.proposal.swept.sweeps import find_sweep, propose_sweeps
 from rtctl.measured.proposal.uses.staircases import Use, doubts_about_uses, look_at_staircase, propose_uses
-from rtctl.measured.stated_unit import NamedScale
-from rtctl.measured.units import is_one
 from rtctl.registry import PlantKind, plant_kind
 
 NO_STAIRCASE = (
@@ -71,8 +59,9 @@ def propose(surveys: Sequence[Survey], answers: Answers) -> Proposal:
         if time.guess.column != before:
             found = _columns(surveys, answers, time.guess)
     candidates, unused, kind, given, roles, answers, plant, plant_why = found
-    signals, unit_opens, unsure = _signals(surveys[0], kind, roles, given, answers)
-    _check_common(surveys, [one for one in signals if not kind.signals[one.name].optional], time.guess)
+    signals, unit_opens, unsure = propose_signals(surveys[0], kind, roles, given, answers)
+    needed = [one for one in signals if not kind.signals[one.name].optional and one.constant is None]
+    _check_common(surveys, needed, time.guess)
     records, time_guess, record_notes = _records(surveys, signals, time.guess, answers, plant)
     return Proposal(
         name=answers.name or _name_of(surveys),
@@ -118,17 +107,25 @@ def _columns(surveys: Sequence[Survey], answers: Answers, time: TimeGuess) -> _F
         if answers.model is None:
             answers = with_named_signals(answers, surveys[0].columns)
         kind = with_signals(kind, answers)
-    else:
-        _check_two_signals(surveys[0], time)
     given = given_signals(answers, kind.signals, surveys[0].columns)
     _check_given(given, surveys[0], named_logarithms=of_equations)
     candidates, computed = without_computed(surveys[0], candidates, kind.signals)
     roles = (
         assign_named_roles(candidates, kind, given, answers)
         if kind.free_signals
-        else assign_roles(candidates, kind, given, find_silent(surveys, [time.column]))
+        else assign_roles(
+            candidates, kind, given, find_silent(surveys, [time.column]), _constant(surveys[0], unused)
+        )
     )
+    if not (kind.free_signals or roles.undriven):
+        _check_two_signals(surveys[0], time)
     return _Found(candidates, unused | computed, kind, given, roles, answers, plant, plant_why)
+
+
+def _constant(survey: Survey, unused: Mapping[str, str]) -> list[str]:
+    """Return the columns of one number throughout."""
+    columns = [survey.columns[name] for name in unused]
+    return [one.name for one in columns if one.values is not None and one.rows > 1 and not one.varies]
 
 
 def _with_named_input(kind: PlantKind, answers: Answers) -> PlantKind:
@@ -174,8 +171,8 @@ def _check_two_signals(survey: Survey, time: TimeGuess) -> None:
     if len(signals) == 1 and not others:
         raise InputError(
             f'{survey.path}: has one signal, "{signals[0]}", beside its time "{time.column}"; a drive and a '
-            "response are needed, in one file: export both channels together. Of a release without any drive: add a "
-            "column of zeros, such as force_N, and say --input force_N:N"
+            "response are needed, in one file: export both channels together. Of a release without any drive: say "
+            "--input -"
         )
 
 
@@ -186,92 +183,6 @@ def _check_given(given: Mapping[str, Given], survey: Survey, *, named_logarithms
             raise InputError(f'{survey.path}: column "{one.column}", given as the {signal}, {column.refusal}')
         if column is not None and (logarithm := told_logarithm(column, named=not named_logarithms)):
             raise InputError(f'{survey.path}: column "{one.column}", given as the {signal}, {logarithm}')
-
-
-def _signals(
-    survey: Survey, kind: PlantKind, roles: Roles, given: Mapping[str, Given], answers: Answers
-) -> tuple[tuple[SignalGuess, ...], list[Open], list[str]]:
-    """Return the tables of signals, questions about their units, and doubts."""
-    found: list[SignalGuess] = []
-    scales = given_scales(answers.scales, kind.signals)
-    opens: list[Open] = []
-    unsure: list[str] = []
-    read: dict[str, Unit] = {}
-    with_unit = [
-        name for name, one in roles.chosen.items() if read_column(survey.columns[one.column]).unit.text
-    ]
-    for name in kind.signals:
-        if name not in roles.chosen:
-            continue
-        choice = roles.chosen[name]
-        column = survey.columns[choice.column]
-        reading = read_column(column)
-        unit = _unit(given.get(name), name, reading.unit)
-        if not (unit.text or unit.doubt) and is_one(kind.signals[name].like):
-            unit = Unit("1", "as in the model, since nobody states one")
-        scale = scale_of(scales, name, choice.column, unit.text)
-        if scale is not None:
-            unit = Unit(scale.unit, scale.why)
-        others = [one for one in kind.responses if one in with_unit and one != name]
-        weak = max(reading.votes.values(), default=0.0) < STRONG
-        if not unit.text and kind.signals[name].optional and others and weak and not choice.certain:
-            roles.left_out[choice.column] = (
-                f"may be the {name}, but nobody states its unit: --output {name}={choice.column}:UNIT"
-            )
-            continue
-        check_motion(name, choice.column, unit.text)
-        if not unit.text:
-            named = kind.free_signals or kind.signals[name].role == "output"
-            option = (
-                f"--{kind.signals[name].role} {shlex.quote(f'{name}=' * named + f'{choice.column}:UNIT')}"
-            )
-            opens.append(_unit_question(name, choice, unit, option, own_scale(column)))
-        if unit.source == "given" and (beside := own_scale(column)):
-            unsure.append(
-                f'{name}: column "{choice.column}" is read in {as_written(unit.text)}, as you said, and the scale in '
-                f'its name, "{beside.text}", is not applied'
-            )
-        if reading.doubt and unit.source != "given" and scale is None:
-            unsure.append(f'{name}: column "{choice.column}": {reading.doubt}')
-        read[name] = reading.unit
-        role = kind.signals[name].role
-        held = (
-            find_hold(answers.hold, name, column.name, column.values, survey.texts)
-            if role == "input"
-            else None
-        )
-        unsure += held.doubts if held else ()
-        found.append(SignalGuess(name=name, role=role, column=choice.column, why=choice.why, unit=unit.text,
-                                 unit_source=unit.source, certain=choice.certain,
-                                 hold=held and held.hold, hold_why=held.why if held else "",
-                                 scale=None if scale is None else scale.value))  # fmt: skip
-    check_swapped(found, read)
-    return tuple(found), opens, [*unsure, *doubts_about_units(found, read)]
-
-
-def _unit(given: Given | None, name: str, read: Unit) -> Unit:
-    if given is None or not given.unit:
-        return read
-    try:
-        return given_unit(given.unit, name)
-    except ValueError as error:
-        raise InputError(f'unit of the {name}, column "{given.column}": {error}') from None
-
-
-def _unit_question(
-    name: str, choice: Choice, unit: Unit, option: str, scale: NamedScale | None = None
-) -> Open:
-    because = f" ({unit.doubt})" if unit.doubt else ""
-    if scale is not None:
-        text = (
-            f'whether the numbers of column "{choice.column}", the {name}, were made by the scale in its name, '
-            f'"{scale.text}", does not show: give their unit as they stand, or what one of them counts'
-        )
-        return Open(f"unit.{name}", text, f"{option} or --scale '{name}={scale.per_number:.6g} UNIT'")
-    text = f'nobody states the unit of column "{choice.column}", the {name}{because}'
-    if unit.contradicts:
-        text = f'the unit of column "{choice.column}", the {name}, is not clear: {unit.doubt}'
-    return Open(f"unit.{name}", text, option)
 
 
 def _check_common(surveys: Sequence[Survey], needed: Sequence[SignalGuess], time: TimeGuess) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -43,6 +43,8 @@ class Roles:
     opens: list[Open] = field(default_factory=list)
     unsure: list[str] = field(default_factory=list)
     left_out: dict[str, str] = field(default_factory=dict)
+    undriven: dict[str, str] = field(default_factory=dict)
+    """Inputs that are 0 and no column has, as in a release, each with the reason."""
     suggested: list[str] = field(default_factory=list)
     """Columns that an example has as the input; no example has one twice."""
 
@@ -56,6 +58,7 @@ def assign_roles(
     plant: PlantKind,
     given: Mapping[str, Given],
     silent: Mapping[str, Candidate],
+    constant: Collection[str] = (),
 ) -> Roles:
     """Return the columns of a plant's signals, and what must be asked.
 
@@ -64,11 +67,14 @@ def assign_roles(
         plant: Kind of plant, with its signals.
         given: What the user says.
         silent: Columns that are 0 throughout; one of them is the drive of a release, if its name says so.
+        constant: Columns that are constant; where there is none and nothing but motions, a release has no drive.
     """
     roles = Roles()
     for signal, one in given.items():
         if one.column != NONE:
             roles.chosen[signal] = Choice(one.column, "you said so", certain=True)
+        elif plant.signals[signal].role == "input":
+            roles.undriven[signal] = "you said so: nothing drives"
     kinds = {signal: kind for signal, kind in plant.signals.items() if signal not in given}
     groups: dict[str, list[Candidate]] = {signal: [] for signal in kinds}
     for candidate in candidates.values():
@@ -80,6 +86,7 @@ def assign_roles(
         if signal in kinds:
             _choose_input(roles, signal, kinds[signal], groups, candidates)
             _take_silent_input(roles, signal, plant, groups, silent)
+            _release(roles, signal, plant, groups, () if constant else candidates.values())
     for signal, kind in kinds.items():
         if signal not in required and signal not in roles.chosen:
             _choose_output(roles, signal, kind, [one for one in groups[signal] if roles.is_free(one.name)])
@@ -146,6 +153,23 @@ def _take_silent_input(
     roles.chosen[signal] = Choice(named[0].name, "by its name; it is 0 throughout, as in a release")
     roles.opens[:] = [one for one in roles.opens if one.key != signal]
     roles.unsure[:] = [one for one in roles.unsure if not one.startswith(f"{signal}:")]
+
+
+def _release(
+    roles: Roles,
+    signal: str,
+    plant: PlantKind,
+    groups: Mapping[str, list[Candidate]],
+    columns: Collection[Candidate],
+) -> None:
+    """Take the input as 0 where `columns`, all of a file but its time, are motions that decay."""
+    motions = [one for name, group in groups.items() if plant.signals[name].role == "output" for one in group]
+    if not columns or any(one not in motions or not _decays(one.values) for one in columns):
+        return
+    roles.undriven[signal] = "no column drives, and the motion decays, as in a release"
+    roles.opens[:] = [one for one in roles.opens if one.key != signal]
+    roles.unsure[:] = [one for one in roles.unsure if not one.startswith(f"{signal}:")]
+    roles.unsure.append(f"{signal}: {roles.undriven[signal]}: it is 0; if something drove, record it beside")
 
 
 def _is_clear(signal: str, kind: SignalKind, group: list[Candidate]) -> bool:

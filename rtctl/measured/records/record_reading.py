@@ -5,14 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.errors import nearest
-from rtctl.border.units.quantities import QUANTITY, parse_quantity
-from rtctl.border.units.unit_text import parse_base_quantity
+from rtctl.border.units.quantities import QUANTITY
 from rtctl.measured.columns.alignment import check_one_acquisition, describe_leads, leading_rows
 from rtctl.measured.columns.conversion import TableCache, check_finite
 from rtctl.measured.columns.outliers import describe_far_readings
@@ -34,6 +31,7 @@ from rtctl.measured.manifest.findings import Findings
 from rtctl.measured.manifest.schema import Manifest, RecordTable
 from rtctl.measured.manifest.signal_kinds import held_name, held_unit
 from rtctl.measured.readers.table import Header
+from rtctl.measured.records.initial_state import read_initial_state
 from rtctl.measured.units import convert_column
 from rtctl.registry import plant_kind
 
@@ -69,6 +67,7 @@ class Reading:
         named = {
             name: table.parts[0] if table.parts else table.column or name
             for name, table in self.manifest.signals.items()
+            if table.constant is None
         }
         return {
             name: self.column(entry, column)
@@ -120,7 +119,7 @@ def check_record(reading: Reading, k: int) -> bool:
     findings = reading.findings
     before = len(findings.lines)
     opened = reading.opens(entry, where)
-    _initial(reading, entry, where)
+    read_initial_state(reading.manifest, entry, where, findings)
     if not opened:
         return False
     lengths = _checked_lengths(reading, entry, where)
@@ -135,7 +134,7 @@ def read_record(reading: Reading, k: int, name: str) -> Record | None:
     entry, where = reading.manifest.records[k], reading.where(k)
     before = len(reading.findings.lines)
     columns, time = _columns(reading, entry, where)
-    initial = _initial(reading, entry, where)
+    initial = read_initial_state(reading.manifest, entry, where, reading.findings)
     if len(reading.findings.lines) > before:
         return None
     with reading.findings.under(where):
@@ -151,13 +150,26 @@ def read_record(reading: Reading, k: int, name: str) -> Record | None:
             group=entry.group,
             period_s=period_s,
             use=entry.use,
-            signals={reading.held_name(signal): values for signal, values in signals.items()},
+            signals=_with_constants(reading, signals),
             ignore_first=entry.ignore_first,
             repeat=entry.repeat,
             conditions={**reading.manifest.dataset.conditions, **entry.conditions},
             initial=initial,
         )
     return None
+
+
+def _with_constants(reading: Reading, measured: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+    """Return the measured signals and inputs that no column has, under the names and in the order of the manifest."""
+    samples = len(next(iter(measured.values())))
+    found = {}
+    for name, table in reading.manifest.signals.items():
+        if table.constant is not None:
+            values = np.full(samples, table.constant)
+            found[reading.held_name(name)] = convert_column(values, table.unit, reading.unit(name))
+        elif name in measured:
+            found[reading.held_name(name)] = measured[name]
+    return found
 
 
 def _checked_lengths(reading: Reading, entry: RecordTable, where: str) -> dict[str, int]:
@@ -355,40 +367,3 @@ def _on_time_base(
         for signal, values in signals.items()
     }
     return float(grid[1] - grid[0]), moved
-
-
-def _initial(reading: Reading, entry: RecordTable, where: str) -> dict[str, float]:
-    """Return `initial` in held units: a quantity, or a number in the unit that the manifest gives the signal."""
-    plant, tables = reading.manifest.dataset.plant, reading.manifest.signals
-    if plant_kind(plant).free_signals:
-        return _initial_of_states(reading, entry, where)
-    known = plant_kind(plant).initial
-    state: dict[str, float] = {}
-    for key, raw in entry.initial.items():
-        if key not in known:
-            reading.findings.add(
-                f'{where}: unknown key "initial.{key}" of a plant "{plant}"'
-                f"{nearest(key, known) or '; it starts on the branch that a full cooling leaves'}"
-            )
-            continue
-        with reading.findings.under(f"{where}, key initial.{key}"):
-            state[key] = _initial_value(raw, reading.unit(key), tables[key].unit if key in tables else None)
-    return state
-
-
-def _initial_of_states(reading: Reading, entry: RecordTable, where: str) -> dict[str, float]:
-    """Return `initial` of states that a user's model names, each a quantity such as "3 cm", in SI base units."""
-    state: dict[str, float] = {}
-    for key, raw in entry.initial.items():
-        with reading.findings.under(f"{where}, key initial.{key}"):
-            state[key] = parse_base_quantity(raw)
-    return state
-
-
-def _initial_value(raw: Any, held: str, written: str | None) -> float:
-    if isinstance(raw, int | float) and not isinstance(raw, bool):
-        raw = {"value": raw, "unit": written or held}
-    value = parse_quantity(raw, held)
-    if not np.isfinite(value):
-        raise ValueError(f"must be finite, got {value!r} {held}")
-    return value

@@ -94,6 +94,11 @@ def _check_plant(reading: Reading) -> None:
     if not plant_kind(heading.plant).has_sweeps:
         raise ValueError(f'a plant "{heading.plant}" has no sweeps of frequencies; give its records in time')
     outputs = {name: table for name, table in reading.manifest.signals.items() if table.role == "output"}
+    for name, table in reading.manifest.signals.items():
+        if table.constant is not None:
+            raise ValueError(
+                f"signals.{name}.constant: of a sweep the drive has an amplitude: drive_amplitude"
+            )
     for name, table in outputs.items():
         if not table.parts:
             raise ValueError(

@@ -166,14 +166,17 @@ def _about_signal(proposal: Proposal, name: str, role: str, columns: Mapping[str
     if not free:
         return []
     default = guess.column if guess is not None else "" if needed else NONE
-    none = "" if required else " (- for none)"
-    choices = free if required else (*free, NONE)
+    may_lack = not required or (role == "input" and not proposal.kind.free_signals)
+    none = " (- for none)" if may_lack else ""
+    choices = (*free, NONE) if may_lack and NONE not in free else free
     text = f"Which column is the {name}?{none}"
     named = proposal.kind.free_signals and guess is not None and guess.certain
     questions = [] if named else [
         Question(key=name, text=text, default=default, choices=choices, why=guess.why if guess else "",
                  settle=lambda answers, said: _with_signal(answers, role, name, said, "")),
     ]  # fmt: skip
+    if guess is not None and guess.constant is not None:
+        return questions
     if guess is not None and guess.scale is None:
         column = guess.column
         questions.append(Question(

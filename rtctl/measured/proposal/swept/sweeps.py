@@ -29,7 +29,7 @@ from rtctl.measured.proposal.naming.column_units import (
 )
 from rtctl.measured.proposal.proposal import Answers, Open, Proposal, RecordGuess, SignalGuess, TimeGuess
 from rtctl.measured.proposal.survey import Survey
-from rtctl.measured.proposal.sweep_drive import DriveLevel, doubts_about_levels, find_levels, in_unit
+from rtctl.measured.proposal.swept.drive_level import DriveLevel, doubts_about_levels, find_levels, in_unit
 from rtctl.measured.records.sweep_reading import LEAST_ROWS
 from rtctl.measured.stated_unit import stated_amplitude
 from rtctl.measured.units import is_angular, same_unit
