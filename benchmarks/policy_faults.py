@@ -117,11 +117,16 @@ def case(kind: str, policy: str, model: Path, folder: Path, turn: int) -> dict[s
     ]
     if policy == "stop" and done and not any(one.get("fault") == "interrupted" for one in events):
         wrong.append("asked to stop, it went on")
+    models = [one["number"] for one in events if one["event"] == "model"]
+    refused = [int(one["value"]) for one in events if one["event"] == "refused" and one["name"] == "model"]
+    asked_for = [1, 0][: done.count("PI: ")] if policy == "retune" else []
+    if lost := [number for number in asked_for if number not in (*models, *refused)]:
+        wrong.append(f"a model was promised, and neither taken nor refused with a word: {lost}")
     return {
         "kind": kind, "policy": policy, "wire": wire, "done": done,
         "injected": sum(one.get("count", 1) for one in events if one["event"] == "injected"),
         "faults": [one["fault"] for one in events if one["event"] == "fault"],
-        "said": said.strip(), "models": [one["number"] for one in events if one["event"] == "model"],
+        "said": said.strip(), "models": models, "refused": refused,
         "unsafe": unsafe_entries(entries, sent, LOW_MA, HIGH_MA), "wrong": wrong,
     }  # fmt: skip
 
