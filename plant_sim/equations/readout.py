@@ -53,11 +53,13 @@ def read_outputs(  # noqa: PLR0913
                 for i, source in enumerate(system.inputs)
             }
             seen = _with_terms(system, values | later)
-        made = np.broadcast_to(evaluate(output.value, seen), shape) / factors[k]
-        found[output.name] = np.ascontiguousarray(made)
-    for state in system.states[:shown]:
-        if state.name not in found:
-            found[state.name] = np.ascontiguousarray(values[state.name] / state.factor)
+        made = np.broadcast_to(evaluate(output.value, seen), shape)
+        with np.errstate(over="ignore"):  # of a lane that runs away
+            found[output.name] = np.ascontiguousarray(made / factors[k])
+    with np.errstate(over="ignore"):  # of a lane that runs away
+        for state in system.states[:shown]:
+            if state.name not in found:
+                found[state.name] = np.ascontiguousarray(values[state.name] / state.factor)
     return found
 
 

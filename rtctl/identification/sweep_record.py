@@ -37,6 +37,36 @@ def find_jumps(amplitudes: ComplexArray) -> NDArray[np.intp]:
     return np.flatnonzero(found)
 
 
+def shorten(record: FitRecord, samples: int) -> FitRecord:
+    """Return a record with at most `samples` of its samples: the first ones; of a sweep rows from the whole of it.
+
+    The first rows of a sweep are far from its resonance, and tell nothing of it.
+    """
+    if samples >= record.samples:
+        return record
+    if FREQUENCY not in record.stimulus.inputs:
+        return record.truncate(samples)
+    rows = choose_rows(paired(record.measured[response_of([record])]), samples // 2)
+    chosen = (2 * rows[:, None] + np.arange(2)).reshape(-1)
+    whole = record.stimulus
+    stimulus = replace(
+        whole,
+        inputs={name: values[chosen] for name, values in whole.inputs.items()},
+        guide={name: values[chosen] for name, values in whole.guide.items()},
+        count=len(chosen),
+    )
+    return replace(record, stimulus=stimulus, measured={k: one[chosen] for k, one in record.measured.items()})
+
+
+def choose_rows(amplitudes: ComplexArray, count: int) -> NDArray[np.intp]:
+    """Return about `count` rows of complex amplitudes (n,): half of them evenly, half by how far these move."""
+    moved = np.append(0.0, np.cumsum(np.abs(np.diff(amplitudes))))
+    evenly = np.linspace(0.0, 1.0, len(amplitudes))
+    way = 0.5 * (evenly + (moved / moved[-1] if moved[-1] > 0.0 else evenly))
+    order = np.searchsorted(way, np.linspace(0.0, 1.0, max(count, 1))).clip(0, len(amplitudes) - 1)
+    return np.unique(order)
+
+
 def prepare_sweep(record: FitRecord) -> FitRecord:
     """Return a sweep without the rows beside its jumps, guided by what was measured; a record in time unchanged."""
     whole = record.stimulus

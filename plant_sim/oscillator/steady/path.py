@@ -28,8 +28,10 @@ class PeriodicDrive(NamedTuple):
     @property
     def nodes(self) -> FloatArray:
         """Return the drive (steps, 3) at start, middle and end of each step."""
-        ends = np.roll(self.course, -2)[::2]
-        return np.column_stack([self.course[::2], self.course[1::2], ends])
+        found = np.empty((len(self.course) // 2, 3))
+        found[:, 0], found[:, 1] = self.course[::2], self.course[1::2]
+        found[:-1, 2], found[-1, 2] = self.course[2::2], self.course[0]
+        return found
 
     @property
     def driven(self) -> Driven:

@@ -26,14 +26,24 @@ DIFFERENCE = 1e-6
 """Step of the finite differences, relative to the size of a state."""
 CLOSED = 1e-12
 """Largest |F|, relative to the size of the motion, of an orbit that counts as closed."""
-CONTRACTION = 0.25
-"""Share of |F| that a trusted step of Newton's method may leave."""
-MOST_STEPS = 8
+NEARLY = 1e-7
+"""Largest step of Newton's method, relative to the size of the motion, after which no further one is needed.
+
+What is left is its square, and DIFFERENCE of it; the course over the period follows the step to first order.
+"""
+CONTRACTION = 0.5
+"""Share of |F| that a trusted step of Newton's method may leave; forces that are not smooth leave a third."""
+MOST_STEPS = 16
 """Steps of Newton's method; in its basin the number of digits doubles with each."""
 STABLE = 1.0 + 1e-6
 """Largest magnitude of a multiplier (an eigenvalue of dP/ds) of an orbit that a device stays on."""
-SQUARINGS = 12
-"""Squarings of dP/ds by which its largest multiplier is found: its power 4096 shows nothing else."""
+NEAR = 0.02
+"""Difference of two lanes that begin, in parts of the first one, up to which the other may begin on its orbit."""
+SQUARINGS = 30
+"""Squarings of dP/ds by which its largest multiplier is found.
+
+At a power of 4096 the units of the states still count: a factor of 160 between them is 1.0012, the margin at Q = 2700.
+"""
 
 
 @called_kernel
@@ -62,7 +72,7 @@ def set_sizes(size: Any, state: Any, rate: float) -> None:
 
 @called_kernel
 def largest_multiplier(m: Any) -> Any:
-    """Return the largest magnitude of an eigenvalue of `m`, which is used up: |m^4096|^(1/4096)."""
+    """Return the largest magnitude of an eigenvalue of `m`, which is used up: |m^N|^(1/N) for a large N."""
     n, total, power = m.shape[0], 0.0, 1.0
     product = np.empty((n, n))
     for _ in range(SQUARINGS):
@@ -112,6 +122,13 @@ def spread(z: Any, v: Any, own: Any, size: Any) -> None:
         own[s - 2, 1 + s] += DIFFERENCE * size[s]
 
 
+@called_kernel
+def near(state: Any, other: Any, rate: float) -> bool:
+    """Return whether two states of motions at angular frequency `rate` [1/s] differ little."""
+    most = NEAR * max(abs(other[0]), abs(other[1]) / rate)
+    return bool(abs(state[0] - other[0]) <= most and abs(state[1] - other[1]) <= most * rate)
+
+
 class Lanes(NamedTuple):
     """Arrays of the motions by which one orbit is found: one a state more than the states."""
 
@@ -127,11 +144,24 @@ class Lanes(NamedTuple):
     """Displacement (steps + 1, states + 1) over the period."""
     out_v: Any
     """Velocity (steps + 1, states + 1) over the period."""
+    marched: Any
+    """Periods (1,) that have been integrated, of all lanes together."""
+
+
+@called_kernel
+def move_course(out_z: Any, left: Any) -> None:
+    """Move the first course by a step of -`left` (states,) along those that began a small step of each state apart."""
+    for i in range(out_z.shape[0]):
+        here = out_z[i, 0]
+        for s in range(left.shape[0]):
+            out_z[i, 0] -= left[s] / DIFFERENCE * (out_z[i, 1 + s] - here)
 
 
 @called_kernel
 def newton(march: Any, state: Any, nodes: Any, h: float, lanes: Any) -> bool:
     """Move `state` (states,) to a stable closed orbit by trusted steps, and return whether that went well.
+
+    The displacement over the orbit is then in the first lane of `lanes.out_z`.
 
     Args:
         march: integrator of the equation.
@@ -147,6 +177,7 @@ def newton(march: Any, state: Any, nodes: Any, h: float, lanes: Any) -> bool:
     if not size[0] > 0.0:  # at rest: the size is that of the first period
         fill(state, z, v, own)
         march(z, v, own, nodes, h, 1, lanes.coefficients, lanes.out_z, lanes.out_v)
+        lanes.marched[0] += n + 1
         for s in range(n):
             left[s] = value(z, v, own, s, 0)
         set_sizes(size, left, rate)
@@ -157,30 +188,49 @@ def newton(march: Any, state: Any, nodes: Any, h: float, lanes: Any) -> bool:
         fill(state, z, v, own)
         spread(z, v, own, size)
         march(z, v, own, nodes, h, 1, lanes.coefficients, lanes.out_z, lanes.out_v)
+        lanes.marched[0] += n + 1
         set_slopes(multipliers, slopes, z, v, own, size)
         distance = 0.0
         for s in range(n):
             left[s] = (value(z, v, own, s, 0) - state[s]) / size[s]
             distance = max(distance, abs(left[s])) if math.isfinite(left[s]) else np.inf
-        if distance <= CLOSED:
-            return bool(largest_multiplier(multipliers) <= STABLE)
-        if not distance <= CONTRACTION * before:
+        if not distance <= max(CONTRACTION * before, CLOSED):
             return False
         solve_in_place(slopes, left)
+        change = 0.0
         for s in range(n):
             state[s] -= left[s] * size[s]
+            change = max(change, abs(left[s]))
+        if distance <= CLOSED or change <= NEARLY:
+            move_course(lanes.out_z, left)
+            return bool(largest_multiplier(multipliers) <= STABLE)
         before = distance
         set_sizes(size, state, rate)
     return False
 
 
+@called_kernel
+def close_orbit(march: Any, begin: Any, state: Any, nodes: Any, h: float, lanes: Any) -> bool:
+    """Put the orbit that Newton's method finds from `begin` (states,) into `state`, which else stays."""
+    found = begin.copy()
+    if not newton(march, found, nodes, h, lanes):
+        return False
+    for s in range(state.shape[0]):
+        state[s] = found[s]
+    return True
+
+
 # 8 parameters because a kernel takes its arrays one by one
 def shoot(  # noqa: PLR0913
     march: Any, states: Any, p: Any, nodes: Any, h: float, settling: int, attempts: int, out_z: Any
-) -> None:
+) -> float:
     """Put the orbit on which each lane settles in place of its state, and the displacement over it in `out_z`.
 
+    Return the periods that were integrated, of all lanes together.
+
     A motion that does not repeat with the drive is what it is after the last attempt; one that runs away is not finite.
+    A lane that begins near the first one and finds no orbit from there tries that of the first one before it follows
+    the motion in time: the lanes by which a slope is found are such neighbours.
 
     Args:
         march: integrator of the equation.
@@ -203,43 +253,74 @@ def shoot(  # noqa: PLR0913
         np.empty((2, 1)),
         np.empty((2, 1)),
     )
-    q, q1, state = np.empty((p.shape[0], n + 1)), np.empty((p.shape[0], 1)), np.empty(n)
-    apart = Lanes(q, z, v, own, all_z, all_v)
+    q, q1, rate = np.empty((p.shape[0], n + 1)), np.empty((p.shape[0], 1)), 2.0 * math.pi / (h * steps)
+    apart = Lanes(q, z, v, own, all_z, all_v, np.zeros(1))
+    first_began, first_closed = states[0].copy(), False
     for lane in range(lanes):
         for k in range(p.shape[0]):
             q1[k, 0] = p[k, lane]
             for j in range(n + 1):
                 q[k, j] = p[k, lane]
-        for _ in range(attempts):
+        closed = False
+        for attempt in range(attempts):
             if not math.isfinite(states[lane, 0]):
                 break
-            for s in range(n):
-                state[s] = states[lane, s]
-            if newton(march, state, nodes, h, apart):
-                for s in range(n):
-                    states[lane, s] = state[s]
+            beside = attempt == 0 and first_closed and near(states[lane], first_began, rate)
+            closed = close_orbit(march, states[lane], states[lane], nodes, h, apart)
+            closed = closed or (beside and close_orbit(march, states[0], states[lane], nodes, h, apart))
+            if closed:
+                first_closed = first_closed or lane == 0
                 break
             fill(states[lane], z1, v1, own1)
             for _ in range(settling):
                 march(z1, v1, own1, nodes, h, steps, q1, end_z, end_v)
+            apart.marched[0] += settling
             for s in range(n):
                 states[lane, s] = value(z1, v1, own1, s, 0)
-        fill(states[lane], z, v, own)
-        march(z, v, own, nodes, h, 1, q, all_z, all_v)
+        if not closed:
+            fill(states[lane], z, v, own)
+            march(z, v, own, nodes, h, 1, q, all_z, all_v)
+            apart.marched[0] += n + 1
         for i in range(steps):
             out_z[i, lane] = all_z[i, 0]
+    return float(apart.marched[0])
+
+
+_LINE, _TABLE, _NUMBER = types.float64[::1], types.float64[:, ::1], types.float64
+_MARCH = types.void(_LINE, _LINE, _TABLE, _TABLE, _NUMBER, types.int64, _TABLE, _TABLE, _TABLE)
+
+
+class March(types.WrapperAddressProtocol):
+    """A compiled integrator as an argument of `shoot`; its address is looked up once, not at each of many calls."""
+
+    def __init__(self, compiled: Any) -> None:
+        """Take the machine code of a compiled integrator."""
+        found = compiled.get_compile_result(_MARCH)
+        self._kept = compiled
+        self._address = found.library.get_pointer_to_function(found.fndesc.llvm_cfunc_wrapper_name)
+
+    def __wrapper_address__(self) -> int:
+        """Return the address of the machine code."""
+        return int(self._address)
+
+    def signature(self) -> Any:
+        """Return the types of arguments and result."""
+        return _MARCH
+
+
+def as_argument(compiled: Any) -> Any:
+    """Return an integrator as `shoot` takes it."""
+    return March(compiled) if isinstance(compiled, numba.core.dispatcher.Dispatcher) else compiled
 
 
 @lru_cache(maxsize=1)
 def shooting() -> Any:
     """Return `shoot`, compiled once for the integrators of all equations."""
     compiled: Any = called_kernel(shoot)
-    if isinstance(compiled, numba.core.dispatcher.Dispatcher):  # not with NUMBA_DISABLE_JIT=1
-        line, table, number = types.float64[::1], types.float64[:, ::1], types.float64
-        march = types.void(line, line, table, table, number, types.int64, table, table, table)
-        shape = types.void(
-            types.FunctionType(march), table, table, table, number, types.int64, types.int64, table
-        )
-        compiled.compile(shape)
-        compiled.disable_compile()
-    return compiled
+    if not isinstance(compiled, numba.core.dispatcher.Dispatcher):  # NUMBA_DISABLE_JIT=1
+        return compiled
+    shape = (
+        types.FunctionType(_MARCH), _TABLE, _TABLE, _TABLE, _NUMBER, types.int64, types.int64, _TABLE,
+    )  # fmt: skip
+    compiled.compile(shape)
+    return compiled.get_overload(shape)

@@ -23,7 +23,7 @@ from plant_sim.oscillator.mechanisms import MECHANISMS
 from plant_sim.oscillator.motion import Equation
 from plant_sim.oscillator.simulation import OscillatorSimulation
 from plant_sim.oscillator.steady.path import Active, PeriodicDrive, drive_of, readings_of
-from plant_sim.oscillator.steady.shooting import shooting
+from plant_sim.oscillator.steady.shooting import as_argument, shooting
 from rtctl.border.arrays import ComplexArray, FloatArray
 from rtctl.border.errors import InputError
 from rtctl.border.mechanisms import Mechanism
@@ -46,8 +46,8 @@ GUIDED_ATTEMPTS = 2
 """The same where the measurement says where the motion is: a parameter set without a branch there is far off."""
 OTHER_BRANCH = 0.2
 """Distance from the measured amplitude, in parts of it, from which another branch is looked for beside it."""
-MARCHED = 20.0
-"""Periods of an integration for each row: Newton's method takes three or four steps of one period a state."""
+NEIGHBOUR = 0.02
+"""Difference of the amplitudes of two lanes, in parts of one, up to which they have the same branches."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -140,6 +140,15 @@ class SteadySimulation:
             yield course.row(k, states, drive, settling)
 
 
+class _Found(NamedTuple):
+    """What was found of a row."""
+
+    amplitudes: ComplexArray
+    """Complex amplitudes (lanes,)."""
+    states: FloatArray
+    """States (lanes, states) of the motions at the crest of the drive."""
+
+
 class _Course(NamedTuple):
     """What stays the same from row to row of a sweep."""
 
@@ -156,25 +165,63 @@ class _Course(NamedTuple):
         if self.guide is None or 2 * k + 1 >= len(self.guide) or self.equation.is_linear:
             return found
         wanted = complex(self.guide[2 * k], self.guide[2 * k + 1])
-        far = ~(np.abs(found - wanted) <= OTHER_BRANCH * abs(wanted))
-        if far.any():
-            s = 2j * np.pi * drive.frequency_hz
-            others = _beside(states, wanted / s**self.derivatives, drive.frequency_hz)
-            other = self._settle(others, drive, settling)
-            distance = np.nan_to_num(np.abs(found - wanted), nan=np.inf)
-            nearer = far & (np.abs(other - wanted) < distance)
-            found[nearer], states[nearer] = other[nearer], others[nearer]
+        far = np.flatnonzero(~(np.abs(found - wanted) <= OTHER_BRANCH * abs(wanted)))
+        if len(far):
+            self._look_beside(_Found(found, states), wanted, far, drive, settling)
         return found
 
-    def _settle(self, states: FloatArray, drive: PeriodicDrive, settling: int) -> ComplexArray:
+    def _look_beside(
+        self, now: _Found, wanted: complex, far: NDArray[np.int64], drive: PeriodicDrive, settling: int
+    ) -> None:
+        """Move the lanes `far` from what was measured to a branch that is nearer, where there is one.
+
+        The first one tells for its neighbours, such as the lanes by which a slope is found, whether there is: by
+        themselves some of them would take it and others not, and their difference would be no slope.
+        """
+        s = 2j * np.pi * drive.frequency_hz
+        begin = _beside(now.states, wanted / s**self.derivatives, drive.frequency_hz)
+        first, others = far[:1], far[1:]
+        before = now.amplitudes[far]
+        alike = np.abs(before[1:] - before[0]) <= NEIGHBOUR * abs(before[0])
+        if self._take_nearer(now, begin, wanted, first, drive, settling):
+            begin[others[alike]] = now.states[first]
+        else:
+            others = others[~alike]
+        if len(others):
+            self._take_nearer(now, begin, wanted, others, drive, settling)
+
+    # 6 parameters because a branch is looked for with these
+    def _take_nearer(  # noqa: PLR0913
+        self,
+        now: _Found,
+        begin: FloatArray,
+        wanted: complex,
+        lanes: NDArray[np.int64],
+        drive: PeriodicDrive,
+        settling: int,
+    ) -> bool:
+        """Settle `lanes` from their states in `begin`, take what is nearer to `wanted`, return whether one was."""
+        settled = begin[lanes]
+        other = self._settle(settled, drive, settling, lanes)
+        distance = np.nan_to_num(np.abs(now.amplitudes[lanes] - wanted), nan=np.inf)
+        nearer = np.abs(other - wanted) < distance
+        now.amplitudes[lanes[nearer]], now.states[lanes[nearer]] = other[nearer], settled[nearer]
+        return bool(nearer.any())
+
+    def _settle(
+        self, states: FloatArray, drive: PeriodicDrive, settling: int, which: NDArray[np.int64] | None = None
+    ) -> ComplexArray:
+        """Move `states` (lanes, states) of `which` lanes, None: all, to their orbits; return their amplitudes."""
         steps, lanes = len(drive.course) // 2, len(states)
         displacement = np.empty((steps, lanes))
-        count_work(MARCHED * lanes * steps * self.equation.step_cost)
         march = _of_motion_alone(self.equation.prepared(drive.step_s))
         attempts = ATTEMPTS if self.guide is None else GUIDED_ATTEMPTS
-        course = states, self.equation.rows, drive.nodes, drive.step_s
-        shooting()(march, *course, settling, attempts, displacement)
-        return readings_of(displacement, drive, self.derivatives, self.own)
+        rows, own = self.equation.rows, self.own
+        if which is not None:
+            rows, own = np.ascontiguousarray(rows[:, which]), [own[lane] for lane in which]
+        periods = shooting()(march, states, rows, drive.nodes, drive.step_s, settling, attempts, displacement)
+        count_work(periods * steps * self.equation.step_cost)
+        return readings_of(displacement, drive, self.derivatives, own)
 
 
 integrator: Any = None  # replaced by `bind`
@@ -191,7 +238,7 @@ def motion_alone(  # noqa: PLR0913
 @lru_cache(maxsize=256)
 def _of_motion_alone(whole: Any) -> Any:
     """Return an integrator without the parameters for accelerations."""
-    return bind(motion_alone, integrator=whole)
+    return as_argument(bind(motion_alone, integrator=whole))
 
 
 def _beside(states: FloatArray, amplitude: complex, frequency_hz: float) -> FloatArray:

@@ -16,6 +16,7 @@ from rtctl.diagnosis.problem.subject import Subject
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.thresholds import ProblemThresholds, Thresholds
 from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.sweep_record import shorten
 
 
 def _never() -> bool:
@@ -72,7 +73,7 @@ class Problem:
         return self if most is None else self.initial_part(most)
 
     def initial_part(self, most: int) -> Problem:
-        """Return this problem with the first samples of its records, about `most` in all."""
+        """Return this problem with the first samples of its records, of sweeps chosen rows, about `most` in all."""
         if self.samples <= most:
             return self
         return replace(self, records=_first_samples(self.records, max(1, most // len(self.records))))
@@ -105,7 +106,7 @@ class Problem:
 
 @lru_cache(maxsize=4)
 def _first_samples(records: tuple[FitRecord, ...], each: int) -> tuple[FitRecord, ...]:
-    return tuple(record.truncate(max(each, record.first + each // 2)) for record in records)
+    return tuple(shorten(record, max(each, record.first + each // 2)) for record in records)
 
 
 @lru_cache(maxsize=8)

@@ -11,6 +11,7 @@ from rtctl.border.simulation import Simulation
 from rtctl.border.work import metered
 from rtctl.diagnosis.thresholds import ScreeningThresholds
 from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.sweep_record import shorten
 
 FEWER = (
     "the records to fit hold {} samples, more than the {} that a diagnosis gets through in time: of {} records {} "
@@ -42,7 +43,7 @@ def truncate_records(
         kept = tuple(records[k] for k in evenly)
     share = most / sum(record.samples for record in kept)
     if share < 1.0:
-        kept = tuple(record.truncate(max(least, int(share * record.samples))) for record in kept)
+        kept = tuple(shorten(record, max(least, int(share * record.samples))) for record in kept)
     used = sum(record.samples for record in kept)
     return kept, [FEWER.format(total, most, len(kept), used)]
 

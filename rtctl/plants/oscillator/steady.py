@@ -23,6 +23,8 @@ LARGER = 1e-5
 """Step of the drive, relative to it, by which the response's slope is found."""
 FARTHEST = 10.0
 """Slope of the response over the response per drive beyond which a row is at a fold, and tells nothing of a force."""
+SCREENED_SAMPLES = 1600
+"""Samples, two a row, of all sweeps together by which a hypothesis is screened."""
 ANGLES = 2.0 * np.pi * np.arange(64) / 64
 FORCES: tuple[tuple[str, str, Callable[[FloatArray, FloatArray], FloatArray]], ...] = (
     ("z^3", "amplitude", lambda z, v: z**3),
@@ -99,6 +101,7 @@ def by_steady_state(subject: Subject) -> Subject:
     return replace(
         subject,
         is_steady=True,
+        screening_samples=SCREENED_SAMPLES,
         clippable_outputs=(),
         spike_outputs=(),
         forces=(

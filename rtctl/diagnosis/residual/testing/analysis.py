@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 
 import numpy as np
@@ -68,7 +68,10 @@ def analyse_residual(
     residuals = [record.residual for record in linearised]
     named = catalogue_directions(hypothesis.simulation, others, problem, residuals)
     directions = [*named, *force_directions(problem)]
-    slopes = _named_slopes(hypothesis, problem, named)
+    near = _guided_by_model(problem, hypothesis, residuals)
+    slopes = _named_slopes(hypothesis, near, named)
+    for k, of_record in enumerate(slopes):
+        of_record.append(problem.subject.force_sensitivities(hypothesis, near, k))
     rows = [_rows_of(hypothesis, problem, slopes[k], k, record) for k, record in enumerate(linearised)]
     directions += memory_directions(len(rows[0].directions) - len(directions))
     thresholds = problem.thresholds.residual
@@ -92,6 +95,21 @@ def analyse_residual(
     )
 
 
+def _guided_by_model(problem: Problem, hypothesis: Hypothesis, residuals: Sequence[FloatArray]) -> Problem:
+    """Return the problem with what the hypothesis predicts in the place of what was measured, where that is a guide.
+
+    A slope is one of the branch on which the hypothesis is, also where another one would be nearer to the data.
+    """
+    records = []
+    for index, record in enumerate(problem.records):
+        if record.stimulus.guide and record.first == 0:
+            predicted = residuals[index] + _measured(problem, hypothesis, index)
+            guide = dict(zip(hypothesis.sensitivity.outputs, predicted, strict=True))
+            record = replace(record, stimulus=replace(record.stimulus, guide=guide))
+        records.append(record)
+    return replace(problem, records=tuple(records))
+
+
 def _named_slopes(
     hypothesis: Hypothesis, problem: Problem, named: Sequence[Direction]
 ) -> list[list[FloatArray]]:
@@ -109,9 +127,8 @@ def _named_slopes(
 def _rows_of(
     hypothesis: Hypothesis, problem: Problem, slopes: list[FloatArray], index: int, record: Linearisation
 ) -> RecordRows:
-    """Return the rows of one record with all directions, `slopes` those along the catalogue."""
+    """Return the rows of one record with all directions, `slopes` those along the catalogue and generic forces."""
     slopes = [*slopes]
-    slopes.append(problem.subject.force_sensitivities(hypothesis, problem, index))
     slopes.append(lagged_series(record.residual + _measured(problem, hypothesis, index), problem, index))
     rows = RecordRows(
         residual=fine_step_residual(hypothesis, problem, index, record.residual),
