@@ -28,13 +28,13 @@ def write(
     *,
     after_jump: bool = False,
 ) -> Path:
-    """Three records at rest, the last one a test; `offset` over the response's RMS. The manifest's path."""
+    """Three records at rest, the last one a test; `offset` over the first response's RMS. The manifest's path."""
     unit, factor = UNITS[response]
     text = '[dataset]\nname = "bench"\nplant = "oscillator"\n'
     text += f'[signals.drive]\nrole = "input"\nunit = "V"\nhold = "{hold}"\n'
     text += f'[signals.{response}]\nrole = "output"\nunit = "{unit}"\ncolumn = "reading"\n'
     values = np.array([parameter.value for parameter in plant.parameters])
-    plant = replace(plant, outputs=("displacement", "velocity", "acceleration"))
+    plant, size = replace(plant, outputs=("displacement", "velocity", "acceleration")), 0.0
     for seed, use in ((1, "fit"), (2, "fit"), (3, "test")):
         drive = noise_drive(seed, 9.0)
         run = plant.predict(
@@ -48,7 +48,8 @@ def write(
         )
         reading = factor * run.outputs[response][0]
         noise = np.random.default_rng(seed + 100).standard_normal(len(drive))
-        reading = reading + reading.std() * (NOISE * noise + offset)
+        size = reading.std() if seed == 1 else size
+        reading = reading + NOISE * reading.std() * noise + offset * size
         np.savetxt(
             folder / f"r{seed}.csv", np.column_stack((drive, reading)), delimiter=",", header="drive,reading",
             comments="",

@@ -23,7 +23,7 @@ LARGER = 1e-5
 """Step of the drive, relative to it, by which the response's slope is found."""
 FARTHEST = 10.0
 """Slope of the response over the response per drive beyond which a row is at a fold, and tells nothing of a force."""
-SCREENED_SAMPLES = 1600
+SCREENED_SAMPLES = 800
 """Samples, two a row, of all sweeps together by which a hypothesis is screened."""
 ANGLES = 2.0 * np.pi * np.arange(64) / 64
 FORCES: tuple[tuple[str, str, Callable[[FloatArray, FloatArray], FloatArray]], ...] = (
