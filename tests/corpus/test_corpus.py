@@ -12,6 +12,7 @@ from typing import Any
 import corpus_binary
 import corpus_fields
 import corpus_habits
+import corpus_instruments
 import corpus_labs
 import corpus_lines
 import corpus_numbers
@@ -39,6 +40,7 @@ TABLES = (
     corpus_stated,
     corpus_sweeps,
     corpus_labs,
+    corpus_instruments,
 )
 SITUATIONS = [one for module in TABLES for one in module.SITUATIONS]
 
