@@ -16,6 +16,7 @@ import corpus_instruments
 import corpus_labs
 import corpus_lines
 import corpus_numbers
+import corpus_split_times
 import corpus_stated
 import corpus_sweeps
 import corpus_text
@@ -41,6 +42,7 @@ TABLES = (
     corpus_sweeps,
     corpus_labs,
     corpus_instruments,
+    corpus_split_times,
 )
 SITUATIONS = [one for module in TABLES for one in module.SITUATIONS]
 

@@ -22,6 +22,7 @@ _LARGE, _EXACT = 1e8, 2.0**53
 """Sizes from which stamps are counted from the first one, and from which floating point does not hold integers."""
 _CLOCK = re.compile(r"\s*(\d{1,2}):(\d{2}):(\d{2}(?:[.,:]\d+)?)\s*(?:([AP])\.?M\.?)?\s*$", re.IGNORECASE)
 """Time of day; loggers also write its thousandths after a colon, and hours to 12 with AM or PM."""
+_HAS_CLOCK = re.compile(r"\d:\d{2}")
 _DATE = re.compile(
     r"\s*(?P<left>\d{1,4})(?P<sign>[-./])(?P<middle>\d{1,2})(?P=sign)(?P<right>\d{1,4})[T ]\s*"
     r"(?P<clock>\d{1,2}:\d{2}:\d{2}(?:[.,:]\d+)?(?:\s*[AP]\.?M\.?)?)(?P<zone>Z|[+-]\d{2}:?\d{2})?\s*$",
@@ -239,6 +240,12 @@ def _instants_of_text(texts: NDArray[Any], name: str, first_row: int) -> NDArray
             )
         except pa.ArrowInvalid:
             continue
+    empty = np.asarray([row for row, word in enumerate(words) if not _HAS_CLOCK.search(word)], dtype=np.intp)
+    if 0 < len(empty) < len(words):
+        raise ValueError(
+            f'column "{name}" has no date or time of day in {rows_text(empty + first_row)}, '
+            f'"{words[empty[0]].strip()}": write it there, or remove the row'
+        )
     try:
         numbers(np.asarray(words), name, first_row)
     except ValueError as error:

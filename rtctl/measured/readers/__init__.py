@@ -13,6 +13,7 @@ from rtctl.measured.readers.whole_file.beside import with_beside
 from rtctl.measured.readers.whole_file.matrices import with_matrix_columns
 from rtctl.measured.readers.whole_file.real_parts import with_real_parts
 from rtctl.measured.readers.whole_file.signatures import contradiction
+from rtctl.measured.readers.whole_file.split_instants import with_joined_instants
 from rtctl.measured.readers.whole_file.waveforms import with_waveforms
 
 __all__ = ["READERS", "Header", "Table", "open_table"]
@@ -84,7 +85,9 @@ def open_table(path: Path) -> Table:
         table = importlib.import_module(module).read(path)
     if suffix not in (".uff", ".unv"):  # whose complex numbers are frequency responses
         table = with_real_parts(table)
-    return with_beside(with_matrix_columns(with_waveforms(table), matlab=suffix == ".mat"))
+    return with_joined_instants(
+        with_beside(with_matrix_columns(with_waveforms(table), matlab=suffix == ".mat"))
+    )
 
 
 def _about_missing(path: Path) -> str:

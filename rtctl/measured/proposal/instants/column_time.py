@@ -42,6 +42,11 @@ class Time(NamedTuple):
     unsure: tuple[str, ...] = ()
 
 
+def epoch_unit(size: float) -> str | None:
+    """Return the unit in which numbers that reach a size count since 1970; None: they are too small or too large."""
+    return next((unit for low, high, unit in _EPOCHS if low <= size < high), None)
+
+
 def read_time(column: Column, unit: str | None) -> TimeColumn:
     """Return the instants of a column [s]. Raises ValueError in words."""
     if column.raw is None:
@@ -120,19 +125,18 @@ def _other_time(column: Column, given_unit: str, told: ToldRate | None) -> tuple
 def _of_unknown_unit(column: Column, why: str, told: ToldRate | None) -> Time:
     assert column.values is not None
     size = float(np.nanmax(np.abs(column.values)))
-    for low, high, epoch in _EPOCHS:
-        if low <= size < high:
-            step_s = convert_number(float(np.median(np.diff(column.values))), epoch, "s")
-            if step_s >= _SLOWEST_S:
-                text = (
-                    f'the time column "{column.name}" reaches {size:.6g}: in {epoch} since 1970 its steps are '
-                    f"{step_s:.6g} s; counts of a clock since it was switched on are in a finer unit"
-                )
-                return Time(
-                    TimeGuess(column=column.name, unit=epoch, why=why), opens=(_unit_question(column, text),)
-                )
-            guess = TimeGuess(column=column.name, unit=epoch, why=f"{why}; it counts since 1970, in {epoch}")
-            return Time(guess, unsure=(f'time: "{column.name}" counts {epoch} since 1970, by its size',))
+    if (epoch := epoch_unit(size)) is not None:
+        step_s = convert_number(float(np.median(np.diff(column.values))), epoch, "s")
+        if step_s >= _SLOWEST_S:
+            text = (
+                f'the time column "{column.name}" reaches {size:.6g}: in {epoch} since 1970 its steps are '
+                f"{step_s:.6g} s; counts of a clock since it was switched on are in a finer unit"
+            )
+            return Time(
+                TimeGuess(column=column.name, unit=epoch, why=why), opens=(_unit_question(column, text),)
+            )
+        guess = TimeGuess(column=column.name, unit=epoch, why=f"{why}; it counts since 1970, in {epoch}")
+        return Time(guess, unsure=(f'time: "{column.name}" counts {epoch} since 1970, by its size',))
     step = float(np.median(np.diff(column.values)))
     for unit, size in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6)):
         if told is not None and abs(step * size * told.rate_hz - 1.0) < AGREES:

@@ -35,8 +35,9 @@ def _why_not(column: Column) -> str:
         return _back(column.name, np.asarray(column.values), unit)
     try:
         stamps = read_time(column, None)
-    except ValueError:
-        return _words_in(column) if is_called else ""
+    except ValueError as error:
+        told = str(error)
+        return "" if not is_called else f"the time {told}" if "has no date" in told else _words_in(column)
     return _back(column.name, np.asarray(stamps.time_s), " s", is_clock=True)
 
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
+from rtctl.measured.proposal.instants.column_time import epoch_unit
 from rtctl.measured.proposal.naming.column_names import STRONG
 from rtctl.measured.proposal.naming.column_units import quantity_of, read_column
 from rtctl.measured.proposal.survey import Column, Survey
@@ -76,14 +77,24 @@ def _compared(own_s: FloatArray, other_s: FloatArray | None) -> float | None:
 
 
 def _is_called_time(column: Column) -> bool:
+    if _is_clock(column):
+        return True
     read = read_column(column)
     by_unit = bool(read.unit.text) and quantity_of(read.unit.text) == "time"
     return column.values is not None and (by_unit or read.votes.get("time", 0.0) >= STRONG)
 
 
+def _is_clock(column: Column) -> bool:
+    """Return whether a column holds instants from an origin that it shares with others: stamps of ROS."""
+    return column.raw is not None and column.raw.dtype.kind == "m"
+
+
 def _seconds(column: Column) -> FloatArray | None:
     """Return the numbers of a column of times in seconds; None where it holds none, or nobody knows their unit."""
+    if column.raw is not None and _is_clock(column):
+        return np.asarray(column.raw / np.timedelta64(1, "s"), dtype=np.float64)
     if column.values is None:
         return None
-    unit = read_column(column).unit.text or time_unit_in_name(column.name) or "s"
+    size = float(np.nanmax(np.abs(column.values), initial=0.0))
+    unit = read_column(column).unit.text or time_unit_in_name(column.name) or epoch_unit(size) or "s"
     return convert_column(column.values, unit, "s") if quantity_of(unit) == "time" else None
