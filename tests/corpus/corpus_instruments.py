@@ -9,7 +9,7 @@ from typing import Any
 import h5py
 import numpy as np
 from corpus_binary import made, mat
-from corpus_case import MANIFEST, ROWS, Right, Situation, U, Write, X, refused
+from corpus_case import MANIFEST, RIGHT, ROWS, Right, Situation, T, U, Write, X, refused, table, text
 
 SIZES = {"Channel 1": (U, 1e-3, 0.5), "Channel 2": (X, float(np.abs(X).max()) / 20_000.0, -0.03)}
 """Signal of each channel, its increment and its origin."""
@@ -89,4 +89,73 @@ SCOPES = (
     Situation("a preamble of Tektronix", structs_of({"XInc": "XINCR", "YInc": "YMULT", "YOrg": "YZERO"}), ROUNDED, BY_STRUCT),
     Situation("channels that begin a part of a sample apart", mat(Channel_1=preamble("Channel 1", Data=counts("Channel 1")), Channel_2=preamble("Channel 2", Data=counts("Channel 2"), XOrg=-0.1004)), refused("r.mat", "0.4 sample periods", "XOrg"), BY_STRUCT),
 )  # fmt: skip
-SITUATIONS = SCOPES
+TICKS = 12_345_678_901 + np.round(60e6 * T).astype(np.uint64)
+"""Timestamps of a lock-in: ticks of a clock of 60 MHz since it was switched on."""
+
+
+def polled(*parts: slice, **others: Any) -> Write:
+    """MATLAB file of Zurich Instruments: a cell of samples in the structs of device and demodulators."""
+    samples = np.empty((1, len(parts)), dtype=object)
+    for k, rows in enumerate(parts):
+        columns = {"timestamp": TICKS, "x": U, "y": X, "frequency": np.full(ROWS, 1e5)}
+        samples[0, k] = {name: values[rows][None, :] for name, values in columns.items()}
+    return mat(dev1234={"demods": {"sample": samples}} | others)
+
+
+def recorded(path: Path, **attributes: Any) -> None:
+    """HDF5 of Zurich Instruments."""
+    with h5py.File(path, "w") as file:
+        group = file.create_group("000/dev1234/demods/0/sample")
+        group.attrs.update(attributes)
+        for name, values in (("timestamp", TICKS), ("x", U), ("y", X)):
+            group[name] = values
+
+
+def swept_in_rows() -> str:
+    rows = [
+        ("timestamp", [str(one) for one in TICKS]),
+        ("x", [f"{one:.9g}" for one in U]),
+        ("y", [f"{one:.9g}" for one in X]),
+    ]
+    lines = [
+        "chunk;timestamp;size;fieldname",
+        *(f"0;{TICKS[0]};{ROWS};{name};" + ";".join(cells) for name, cells in rows),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+SAMPLE = "dev1234.demods.sample{1}"
+BY_CELL = {"inputs": f"{SAMPLE}.x:V", "outputs": {"displacement": f"{SAMPLE}.y:mm"}}
+BY_PATH = {
+    "inputs": "000/dev1234/demods/0/sample/x:V",
+    "outputs": {"displacement": "000/dev1234/demods/0/sample/y:mm"},
+}
+ALL = slice(None)
+COUNTED = "timestamp;x [V];y [mm]\n" + table([str(one) for one in TICKS], U, X, separator=";")
+BY_NAME = {"inputs": "x [V]", "outputs": {"displacement": "y [mm]"}}
+ASKED = (
+    "nobody states the unit of the time column",
+    "as ticks of a clock of 60 MHz 1000 Hz",
+    "clockbase",
+    "--time",
+)
+IN_TICKS = (
+    MANIFEST.replace("sample_rate_hz = 1000.0", 'time = "timestamp"\ntime_unit = "UNIT"')
+    .replace('"u"', '"x [V]"')
+    .replace('column = "x"', 'column = "y [mm]"')
+)
+LOCK_INS = (
+    Situation("a lock-in's ticks beside their clock", polled(ALL, clockbase=60e6), RIGHT, BY_CELL),
+    Situation("a lock-in's ticks without their clock", polled(ALL), refused("r.mat", *ASKED), BY_CELL),
+    Situation("a lock-in's ticks in HDF5 beside their size", made("r.h5", lambda path: recorded(path, timebase=1.0 / 60e6)), RIGHT, BY_PATH),
+    Situation("a lock-in's ticks in HDF5 without their clock", made("r.h5", recorded), refused("r.h5", *ASKED), BY_PATH),
+    Situation("a lock-in's ticks in text", text(COUNTED), refused("r.csv", *ASKED), BY_NAME),
+    Situation("a lock-in's ticks in text, and the clock", text(COUNTED), RIGHT, BY_NAME | {"time": "timestamp:60 MHz"}),
+    Situation("a lock-in's ticks in text, and the size of one", text(COUNTED), RIGHT, BY_NAME | {"time": "timestamp:16.6666667 ns"}),
+    Situation("a lock-in's ticks and a clock that gives another rate", text("# fs = 1000 Hz\n" + COUNTED), refused("r.csv", "3500 Hz", "1000 Hz", "correct one"), BY_NAME | {"time": "timestamp:210 MHz"}),
+    Situation("a lock-in's ticks in a manifest", text(COUNTED), RIGHT, {"manifest": IN_TICKS.replace("UNIT", "60e6 Hz")}),
+    Situation("a clock of no rate in a manifest", text(COUNTED), refused("dataset.toml", "time_unit", "must be > 0"), {"manifest": IN_TICKS.replace("UNIT", "0 MHz"), "file": "manifest"}),
+    Situation("a clock in the manifest that the file contradicts", made("r.h5", lambda path: recorded(path, timebase=1.0 / 60e6)), refused("dataset.toml", '"60000000 Hz"', 'time_unit = "s"', "correct one"), {"manifest": IN_TICKS.replace("UNIT", "s").replace('"timestamp"', '"000/dev1234/demods/0/sample/timestamp"').replace('"x [V]"', '"000/dev1234/demods/0/sample/x"').replace('"y [mm]"', '"000/dev1234/demods/0/sample/y"'), "file": "manifest"}),
+    Situation("a row for each field of a lock-in", text(swept_in_rows()), refused("r.csv", "a row for each field", "columns are needed", "MATLAB or HDF5")),
+)  # fmt: skip
+SITUATIONS = (*SCOPES, *LOCK_INS)

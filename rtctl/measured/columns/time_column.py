@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray
 from rtctl.measured.columns.conversion import check_finite, numbers, rows_text
-from rtctl.measured.stated_unit import agrees, readable, time_unit_in_name, time_unit_of
-from rtctl.measured.units import check_unit, convert_column, same_unit
+from rtctl.measured.stated_unit import readable, time_unit_in_name, time_unit_of
+from rtctl.measured.units import count_s, is_clock, same_count
 
 SLOW_S, FAST_S = 1.0, 1e-7
 """Periods [s] beyond which seconds that nobody stated are remarked upon."""
@@ -65,15 +65,17 @@ def choose_time_unit(manifest: str | None, stated: str | None, name: str) -> Tim
         ValueError: The file states another unit than the manifest, or one that is no unit of time.
     """
     in_file = None if stated is None or not readable(time_unit_of(stated)) else time_unit_of(stated)
+    if stated is not None and is_clock(stated):
+        in_file = stated
     if in_file is not None:
         try:
-            check_unit(in_file, "s")
+            count_s(in_file)
         except ValueError:
             raise ValueError(
                 f'the file states unit "{stated}" for column "{name}", which is no time'
             ) from None
     if manifest is not None:
-        if in_file is not None and not agrees(in_file, manifest):
+        if in_file is not None and not same_count(in_file, manifest):
             raise ValueError(
                 f'the file states unit "{stated}" for column "{name}", the manifest time_unit = "{manifest}"; '
                 "correct one"
@@ -132,7 +134,7 @@ def remark_on_period(period_s: float, duration_s: float, unit: TimeUnit, name: s
     if unit.source == "name":
         return f'time column "{name}" is read in {unit.unit}, which its name ends with'
     named = time_unit_in_name(name) if unit.source == "manifest" else None
-    if named is not None and not same_unit(named, unit.unit):
+    if named is not None and not same_count(named, unit.unit):
         return (
             f'time column "{name}" is read in {unit.unit}, as time_unit says, though its name ends with {named}: '
             f"correct time_unit if that is a slip ({1.0 / period_s:.6g} Hz over {duration_s:.6g} s)"
@@ -157,7 +159,7 @@ def _check_size(size: float, unit: TimeUnit, name: str) -> None:
 
 
 def _scaled(values: FloatArray, resolution: float, unit: str) -> TimeColumn:
-    factor = float(convert_column(np.array([1.0]), unit, "s")[0])
+    factor = count_s(unit)
     return TimeColumn(np.ascontiguousarray(factor * values), factor * resolution)
 
 

@@ -18,7 +18,7 @@ from rtctl.measured.proposal.naming.column_units import own_scale, quantity_of, 
 from rtctl.measured.proposal.proposal import Open, TimeGuess
 from rtctl.measured.proposal.survey import Column
 from rtctl.measured.stated_unit import time_unit_in_name
-from rtctl.measured.units import check_unit, same_unit
+from rtctl.measured.units import count_s, is_clock, same_count
 
 FINEST_DOUBT_S = 0.0101
 """Step [s] above which a column without a unit may as well count milliseconds: of 100 kHz and less."""
@@ -32,6 +32,14 @@ _DAYS = ((40_000.0, 60_000.0, "a spreadsheet"), (730_000.0, 750_000.0, "MATLAB")
 """Sizes of instants between 2009 and 2053, counted in days as these do."""
 _FINEST_S = 1e-5
 """Step [s] below which a column of such a size counts days."""
+
+
+_FEWEST_TICKS = 100.0
+"""Whole step from which numbers may be ticks of a clock."""
+_CLOCKS = (
+    "UNIT is then the rate of the clock, such as 60 MHz; Zurich Instruments call it clockbase: 60 MHz in MFLI, 210 MHz "
+    "in HF2LI, 1800 MHz in UHFLI"
+)
 
 
 class Time(NamedTuple):
@@ -61,6 +69,8 @@ def of_column(column: Column, given_unit: str, why: str, told: ToldRate | None) 
     if given_unit:
         guess = TimeGuess(column=column.name, unit=checked_time_unit(given_unit), why=why)
         return Time(guess, unsure=_other_time(column, given_unit, told))
+    if column.unit is not None and is_clock(column.unit):
+        return Time(TimeGuess(column=column.name, unit=column.unit, why=f"{why}; the file states its clock"))
     if scale := own_scale(column):
         text = (
             f'the time column "{column.name}" has the scale "{scale.text}" in its name: what its numbers count '
@@ -106,9 +116,9 @@ def _other_time(column: Column, given_unit: str, told: ToldRate | None) -> tuple
     step = float(np.median(np.diff(column.values))) if column.rows > 1 else 0.0
     if not step > 0.0:
         return ()
-    step_s, read = convert_number(step, given_unit, "s"), read_column(column).unit
+    step_s, read = step * count_s(given_unit), read_column(column).unit
     if read.text and quantity_of(read.text) == "time":
-        against = "" if same_unit(read.text, given_unit) else read.source
+        against = "" if same_count(read.text, given_unit) else read.source
     elif told is not None:
         several = one_of_several(told, 1.0 / step_s)
         if several or abs(step_s * told.rate_hz - 1.0) < AGREES:
@@ -161,6 +171,8 @@ def _of_unknown_unit(column: Column, why: str, told: ToldRate | None) -> Time:
             guess, unsure=(f'time: nobody states the unit of "{column.name}"; in seconds it gives {hint}',)
         )
     contradicted = "" if told is None else f" ({told.source} of the file gives {told.rate_hz:.6g} Hz)"
+    if step >= _FEWEST_TICKS and step == round(step):
+        contradicted = f", as ticks of a clock of 60 MHz {6e7 / step:.6g} Hz ({_CLOCKS}){contradicted}"
     text = (
         f'nobody states the unit of the time column "{column.name}", which goes on by {step:.6g}: in seconds that is '
         f"{1.0 / step:.6g} Hz, in ms {1e3 / step:.6g} Hz{contradicted}"
@@ -171,7 +183,7 @@ def _of_unknown_unit(column: Column, why: str, told: ToldRate | None) -> Time:
 def checked_time_unit(text: str) -> str:
     """Return a unit of time that the user gave. Raises InputError where it is none."""
     try:
-        check_unit(text, "s")
+        count_s(text)
     except ValueError as error:
         raise InputError(f"--time: {error}") from None
     return text

@@ -19,7 +19,6 @@ from rtctl.measured.proposal.instants.other_times import first_uneven_row, other
 from rtctl.measured.proposal.instants.told_rate import (
     ToldRate,
     check_stated,
-    convert_number,
     describe_missing_rate,
     is_rate_unit,
     one_of_several,
@@ -31,6 +30,7 @@ from rtctl.measured.proposal.naming.column_units import quantity_of, read_column
 from rtctl.measured.proposal.proposal import Answers, Open, TimeGuess
 from rtctl.measured.proposal.survey import Column, Survey
 from rtctl.measured.stated_unit import time_unit_in_name
+from rtctl.measured.units import count_s
 
 _TRIED = ("s", "ms", "us", "ns", "min", "h", "d")
 """Units of a time column of which nobody states one."""
@@ -107,7 +107,7 @@ def _rate_of(column: Column, unit: str) -> float:
     """Return the rate [Hz] of a column in a unit of time; 0.0 where it has no numbers that increase."""
     if column.values is None or column.rows < 2:
         return 0.0
-    step_s = convert_number(float(np.median(np.diff(column.values))), checked_time_unit(unit), "s")
+    step_s = float(np.median(np.diff(column.values))) * count_s(checked_time_unit(unit))
     return 1.0 / step_s if step_s > 0.0 else 0.0
 
 
