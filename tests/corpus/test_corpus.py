@@ -21,6 +21,7 @@ import corpus_stated
 import corpus_sweeps
 import corpus_text
 import corpus_time
+import corpus_words
 import numpy as np
 import pytest
 from corpus_case import SWEEP, TRUTH, Refused, Right, RightSweep, Situation
@@ -43,6 +44,7 @@ TABLES = (
     corpus_labs,
     corpus_instruments,
     corpus_split_times,
+    corpus_words,
 )
 SITUATIONS = [one for module in TABLES for one in module.SITUATIONS]
 

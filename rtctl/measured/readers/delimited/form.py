@@ -19,6 +19,7 @@ from rtctl.measured.readers.delimited.names import (
     bare_unit,
     cells_of,
     is_number,
+    joined_brackets,
     names_above,
     spaced_names,
     without_mark,
@@ -35,6 +36,8 @@ _SEP_LINE = re.compile(r'"?sep=(.)"?\s*$', re.IGNORECASE)
 _RATE = re.compile(r"\d[\d.,]*\s*[kM]?(Hz|S/s|Sa/s)")
 _DRAWN = re.compile(r"[#%]|[#%]?[-=_+|]{2,}")
 """A line drawn below names, and a mark in front of it."""
+_COMMENT = re.compile(r"(comment|note|remark|bemerkung|kommentar|event|marker)s?", re.IGNORECASE)
+"""A last name of what is written beside few rows: the others do not have its cell."""
 _TYPES = frozenset(
     [
         "double",
@@ -65,6 +68,8 @@ class Form(NamedTuple):
     """Number of lines before the numbers, blank ones not counted."""
     separator: str
     decimal: str
+    surplus: str = ""
+    """First name for which the rows have no cell, where it is no place for comments; "": there is none."""
 
 
 class _Layout(NamedTuple):
@@ -98,6 +103,11 @@ def find_form(lines: Sequence[str]) -> Form:
     head = form.head
     for k in apart:
         head += k <= head
+    if form.surplus:
+        raise ValueError(
+            f'the line above the numbers has more names than their {len(form.names)} columns, up to "{form.surplus}": '
+            "which name is of which column does not show; write one name a column"
+        )
     return form._replace(head=head)
 
 
@@ -158,10 +168,11 @@ def _form_by(lines: Sequence[str], start: int, separator: str, borders: Sequence
         if first > start or all(is_number(cell) for cell in rows[first] if cell) or len(rows) < first + 2:
             return None
         head, named = first + 1, Named(rows[first], [])  # numbers among the names of the columns
+    surplus = next((one for one in named.names[columns:] if one and not _COMMENT.fullmatch(one)), "")
     names = [*named.names[:columns], *[""] * (columns - len(named.names))]
     units = tuple(bare_unit(cell) for cell in named.units)
     decimal = "," if _has_decimal_comma(rows[head:], separator) else "."
-    return Form(tuple(names), units, head, separator, decimal)
+    return Form(tuple(names), units, head, separator, decimal, surplus)
 
 
 def _lay_out(lines: Sequence[str], start: int, separator: str) -> _Layout | None:
@@ -197,7 +208,10 @@ def _as_names(line: str, separator: str, columns: int) -> list[str] | None:
     """Return a line above the numbers as names, without the mark of a comment; None: it has none, or not so many."""
     if separator == BLANKS:
         return spaced_names(line, columns)
-    cells = cells_of(without_mark(line), separator) if not line.startswith(separator) else []
+    text = without_mark(line)
+    cells = cells_of(text, separator) if not line.startswith(separator) else []
+    if len(cells) > columns:
+        cells = joined_brackets(cells, separator, text)
     return cells if len(cells) == columns else None
 
 
