@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from corpus_case import RIGHT, ROWS, Situation, T, U, X, refused, table, text
+from corpus_time import dates
 
 K = np.arange(ROWS)
 SINCE_1970 = [str(1_795_255_200_000 + int(k)) for k in K]
@@ -16,4 +17,17 @@ NAMES = (
     Situation("a name more than columns, the last", text("t [s],u [V],x [mm],y [mm]\n" + table(T, U, X)), refused(*SURPLUS, '"y [mm]"')),
     Situation("a name more than columns, of comments", text("t [s],u [V],x [mm],Comment\n" + table(T, U, X)), RIGHT),
 )  # fmt: skip
-SITUATIONS = NAMES
+STAMPS = (
+    *(
+        Situation(f"a date with a zone, {zone.strip()}", text("time,u [V],x [mm]\n" + table(dates(f"%Y-%m-%d %H:%M:%S.@{zone}"), U, X)), RIGHT)
+        for zone in (" +0100", " UTC", " GMT", "Z")
+    ),
+    Situation("a date with the name of its month", text("time,u [V],x [mm]\n" + table(dates("%d-Nov-%Y %H:%M:%S.@"), U, X)), RIGHT),
+    Situation("a date with the name of its month in German", text("Zeit;u [V];x [mm]\n" + table(dates("%d. Dez %Y %H:%M:%S,@"), U, X, separator=";")), RIGHT),
+    Situation("a date with the name of no month", text("time,u [V],x [mm]\n" + table(dates("%d-Nix-%Y %H:%M:%S.@"), U, X)), refused("r.csv", '"time"', "21-Nix-2026")),
+    Situation("minutes and seconds", text("Time,u [V],x [mm]\n" + table([f"{int(one // 60):02d}:{one % 60:06.3f}" for one in 59.7 + T], U, X)), RIGHT),
+    Situation("minutes and seconds that lost their hours", text("Time,u [V],x [mm]\n" + table([f"{int(one // 60) % 60:02d}:{one % 60:06.3f}" for one in 3599.7 + T], U, X)), refused("r.csv", "goes back by 3600 s", "without their hours")),
+)  # fmt: skip
+
+
+SITUATIONS = (*NAMES, *STAMPS)

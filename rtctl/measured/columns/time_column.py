@@ -25,9 +25,18 @@ _CLOCK = re.compile(r"\s*(\d{1,2}):(\d{2}):(\d{2}(?:[.,:]\d+)?)\s*(?:([AP])\.?M\
 _HAS_CLOCK = re.compile(r"\d:\d{2}")
 _DATE = re.compile(
     r"\s*(?P<left>\d{1,4})(?P<sign>[-./])(?P<middle>\d{1,2})(?P=sign)(?P<right>\d{1,4})[T ]\s*"
-    r"(?P<clock>\d{1,2}:\d{2}:\d{2}(?:[.,:]\d+)?(?:\s*[AP]\.?M\.?)?)(?P<zone>Z|[+-]\d{2}:?\d{2})?\s*$",
+    r"(?P<clock>\d{1,2}:\d{2}:\d{2}(?:[.,:]\d+)?(?:\s*[AP]\.?M\.?)?)\s*(?P<zone>Z|UTC|GMT|[+-]\d{2}:?\d{2})?\s*$",
     re.IGNORECASE,
 )
+_MONTH = re.compile(r"\s*(\d{1,2})[-. ]+([^\W\d_]{3,9})[-. ]+(\d{4})\b")
+"""A date with the name of its month: `21-Nov-2026`, `21. Okt 2026`."""
+_MONTH_NAMES = (
+    "jan", "feb fév", "mar mär mrz", "apr avr", "may mai", "jun juin", "jul juil", "aug aoû", "sep", "oct okt", "nov",
+    "dec dez déc",
+)  # fmt: skip
+"""Beginnings of the names of months in English, German and French."""
+_MINUTES = re.compile(r"\s*(\d{1,3}):([0-5]\d[.,]\d+)\s*")
+"""Minutes and seconds: without a fraction they might be hours and minutes."""
 _DAY_S = 86_400.0
 _MONTHS, _HALF_DAY_H = 12, 12
 _YEAR_DIGITS, _CENTURY = 4, "20"
@@ -213,7 +222,22 @@ def _iso(found: re.Match[str], order: str) -> str:
         "any": "2000-01-01",
     }
     hours, minutes, seconds_text = _time_of_day(found["clock"])
-    return f"{dates[order]}T{hours:02d}:{minutes:02d}:{seconds_text}{found['zone'] or ''}"
+    zone = (found["zone"] or "").upper()
+    zone = "Z" if zone in ("UTC", "GMT") else zone
+    return f"{dates[order]}T{hours:02d}:{minutes:02d}:{seconds_text}{zone}"
+
+
+def _with_number_of_month(word: str) -> str:
+    """Return a date with the name of its month as `21.11.2026`; another text as it is."""
+    found = _MONTH.match(word)
+    if found is None:
+        return word
+    name = found[2].lower()
+    number = next(
+        (k for k, known in enumerate(_MONTH_NAMES, 1) if any(name.startswith(one) for one in known.split())),
+        0,
+    )
+    return f"{found[1]}.{number}.{found[3]}{word[found.end() :]}" if number else word
 
 
 def _time_of_day(clock: str) -> tuple[int, int, str]:
@@ -229,7 +253,11 @@ def _time_of_day(clock: str) -> tuple[int, int, str]:
 def _instants_of_text(texts: NDArray[Any], name: str, first_row: int) -> NDArray[Any]:
     """Return dates (ISO 8601) as datetime64[ns], or times of day as timedelta64[ns]. Raises ValueError in words."""
     words = [str(text.decode("latin-1") if isinstance(text, bytes) else text) for text in texts.reshape(-1)]
-    words = _as_iso(words)
+    words = _as_iso([_with_number_of_month(word) for word in words])
+    minutes = [_MINUTES.fullmatch(word) for word in words]
+    if words and all(minutes):
+        passed = [60.0 * int(one[1]) + float(one[2].replace(",", ".")) for one in minutes if one]
+        return np.rint(1e9 * np.array(passed)).astype("timedelta64[ns]")
     if words and all(_CLOCK.match(word) for word in words):
         clock = [_time_of_day(word) for word in words]
         of_day = np.array([3600 * hours + 60 * minutes + float(rest) for hours, minutes, rest in clock])

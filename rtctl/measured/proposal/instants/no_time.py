@@ -65,8 +65,9 @@ def _back(name: str, times: np.ndarray, unit: str, *, is_clock: bool = False) ->
     told = f'the time column "{name}" goes back by {-steps[row]:.6g}{unit} after row {row} (counted from 0)'
     if is_clock and abs(lost - _HOUR_S) <= _SAME * _HOUR_S:
         return (
-            f"{told}, as clocks do by 3600 s where daylight-saving time ends: write the times in UTC or in seconds; if "
-            "the rows follow each other evenly, say --sample-rate HZ"
+            f"{told}, as clocks do by 3600 s where daylight-saving time ends, and times that are written without "
+            "their hours: write the times in UTC or in seconds; if the rows follow each other evenly, say "
+            "--sample-rate HZ"
         )
     return (
         f"{told}, so its rows are out of order or of several records: divide the file there, or put the rows in order; "
