@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from corpus_case import RIGHT, ROWS, Situation, T, U, X, refused, table, text
+import pandas as pd
+from corpus_binary import made
+from corpus_case import RIGHT, ROWS, Right, Situation, T, U, Write, X, refused, table, text
 from corpus_time import dates
 
 K = np.arange(ROWS)
@@ -30,4 +32,30 @@ STAMPS = (
 )  # fmt: skip
 
 
-SITUATIONS = (*NAMES, *STAMPS)
+INDEX = pd.date_range("2026-11-21 10:00", periods=ROWS, freq="1ms", tz="Europe/Berlin")
+LEVELS = pd.MultiIndex.from_tuples([("drive", "V"), ("displacement", "mm")], names=["signal", "unit"])
+THREE = pd.MultiIndex.from_tuples([("u", "raw", "V"), ("x", "raw", "mm")])
+
+
+def frame(index: pd.Index, names: object = ("u [V]", "x [mm]")) -> Write:
+    columns = names if isinstance(names, pd.MultiIndex) else list(names)  # type: ignore[call-overload]
+    return made("r.csv", lambda path: pd.DataFrame(np.stack([U, X], axis=1), index, columns).to_csv(path))
+
+
+def twice(name: str, second: np.ndarray, unit: str = "s") -> Write:
+    return text(f"{name},u,{name},x\ns,V,{unit},mm\n" + table(T, U, second, X))
+
+
+TABLES = (
+    Situation("pandas, dates as index", frame(INDEX), RIGHT),
+    Situation("pandas, passed time as index", frame(pd.to_timedelta(T, unit="s")), RIGHT),
+    Situation("pandas, seconds as index", frame(pd.Index(T)), Right(remark='nobody states the unit of "column_1"')),
+    Situation("pandas, rows as index", frame(pd.RangeIndex(ROWS)), refused("r.csv", '"column_1"', "--sample-rate HZ")),
+    Situation("pandas, rows as index, and a rate", frame(pd.RangeIndex(ROWS)), RIGHT, {"sample_rate_hz": 1000.0}),
+    Situation("pandas, levels of names and units", frame(pd.Index(T, name="t [s]"), LEVELS), RIGHT),
+    Situation("pandas, three levels", frame(pd.Index(T, name="t [s]"), THREE), RIGHT),
+    Situation("a time beside each signal, the same twice", twice("Time", T), RIGHT),
+    Situation("a time beside each signal, later by half a row", twice("Time", T + 5e-4), refused("r.csv", 'the time column "Time" is not clear', "rename one")),
+    Situation("a time beside each signal, in two units", twice("Time", T, "ms"), refused("r.csv", 'the time column "Time" is not clear', "rename one")),
+)  # fmt: skip
+SITUATIONS = (*NAMES, *STAMPS, *TABLES)

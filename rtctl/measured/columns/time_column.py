@@ -35,6 +35,8 @@ _MONTH_NAMES = (
     "dec dez déc",
 )  # fmt: skip
 """Beginnings of the names of months in English, German and French."""
+_PASSED = re.compile(r"\s*(\d+) days? (?=\d{2}:\d{2}:\d{2})")
+"""Days in front of hours, as pandas writes what has passed."""
 _MINUTES = re.compile(r"\s*(\d{1,3}):([0-5]\d[.,]\d+)\s*")
 """Minutes and seconds: without a fraction they might be hours and minutes."""
 _DAY_S = 86_400.0
@@ -257,6 +259,15 @@ def _instants_of_text(texts: NDArray[Any], name: str, first_row: int) -> NDArray
     minutes = [_MINUTES.fullmatch(word) for word in words]
     if words and all(minutes):
         passed = [60.0 * int(one[1]) + float(one[2].replace(",", ".")) for one in minutes if one]
+        return np.rint(1e9 * np.array(passed)).astype("timedelta64[ns]")
+    days = [_PASSED.match(word) for word in words]
+    if words and all(days):
+        clock = [_time_of_day(_PASSED.sub("", word)) for word in words]
+        passed = [
+            86400 * int(day[1]) + 3600 * h + 60 * m + float(s)
+            for day, (h, m, s) in zip(days, clock, strict=True)
+            if day
+        ]
         return np.rint(1e9 * np.array(passed)).astype("timedelta64[ns]")
     if words and all(_CLOCK.match(word) for word in words):
         clock = [_time_of_day(word) for word in words]

@@ -15,7 +15,11 @@ _HOUR_S, _SAME = 3600.0, 0.05
 
 def describe_no_times(survey: Survey) -> str:
     """Return why the columns of a file that may be the time are none, with what to do; "": it has no such column."""
-    found = [text for one in survey.columns.values() if one.rows == survey.rows and (text := _why_not(one))]
+    found = [
+        text
+        for one in survey.columns.values()
+        if (one.rows == survey.rows or one.raw is None) and (text := _why_not(one))
+    ]
     return "; ".join(found)
 
 
@@ -33,6 +37,9 @@ def _why_not(column: Column) -> str:
             )
         unit = f" {reading.unit.text}" if reading.unit.text else ""
         return _back(column.name, np.asarray(column.values), unit)
+    if column.raw is None:
+        unclear = column.refusal.startswith("is not clear")
+        return f'the time column "{column.name}" {column.refusal}' if is_called and unclear else ""
     try:
         stamps = read_time(column, None)
     except ValueError as error:

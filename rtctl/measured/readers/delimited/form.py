@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from rtctl.measured.readers.delimited.labview import below_heads
+from rtctl.measured.readers.delimited.levels import without_levels
 from rtctl.measured.readers.delimited.names import (
     BLANKS,
     SEPARATORS,
@@ -158,6 +159,7 @@ def _form_by(lines: Sequence[str], start: int, separator: str, borders: Sequence
         top -= 1  # names that are numbers, above their units
     head, block = first, rows[top:first]
     block = [row for row in _without_comments(block, lines[top:first]) if not _is_drawn(row)]
+    block = without_levels(block, _are_units) if block else block
     named = _names_and_units(block, layout) if block else names_above(lines[:first], separator, columns)
     nameless = [f"{NAMELESS}{k}" for k in range(1, columns + 1)]
     if named is not None and not named.names:
@@ -170,6 +172,8 @@ def _form_by(lines: Sequence[str], start: int, separator: str, borders: Sequence
         head, named = first + 1, Named(rows[first], [])  # numbers among the names of the columns
     surplus = next((one for one in named.names[columns:] if one and not _COMMENT.fullmatch(one)), "")
     names = [*named.names[:columns], *[""] * (columns - len(named.names))]
+    if not names[0] and any(names) and len(rows) > head and rows[head][0]:
+        names[0] = nameless[0]  # an index that pandas or R wrote
     units = tuple(bare_unit(cell) for cell in named.units)
     decimal = "," if _has_decimal_comma(rows[head:], separator) else "."
     return Form(tuple(names), units, head, separator, decimal, surplus)
