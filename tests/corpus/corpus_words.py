@@ -58,4 +58,13 @@ TABLES = (
     Situation("a time beside each signal, later by half a row", twice("Time", T + 5e-4), refused("r.csv", 'the time column "Time" is not clear', "rename one")),
     Situation("a time beside each signal, in two units", twice("Time", T, "ms"), refused("r.csv", 'the time column "Time" is not clear', "rename one")),
 )  # fmt: skip
-SITUATIONS = (*NAMES, *STAMPS, *TABLES)
+RATED = {"sample_rate_hz": 1000.0}
+UNITS_BELOW = "Channel;u;x\nUnit;V;mm\n"
+EMPTY = [""] * ROWS
+COUNTED = [str(k) for k in K]
+LABELS = (
+    Situation("a row of factors above the numbers", text(UNITS_BELOW + "Factor;10;0.5\nOffset;0;0\n" + table(EMPTY, U, X, separator=";")), Right(remark="which is not applied"), RATED),
+    Situation("rows of limits above the numbers", text(UNITS_BELOW + "Min;-4;-1\nMax;4;1\n" + table(COUNTED, U, X, separator=";")), RIGHT, RATED),
+    Situation("a row of factors that change nothing", text("Name,t,u,x\nUnit,s,V,mm\nGain,1,1,1\n" + table(EMPTY, T, U, X)), RIGHT),
+)  # fmt: skip
+SITUATIONS = (*NAMES, *STAMPS, *TABLES, *LABELS)

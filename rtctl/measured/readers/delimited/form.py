@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from rtctl.measured.readers.delimited.labview import below_heads
-from rtctl.measured.readers.delimited.levels import without_levels
+from rtctl.measured.readers.delimited.levels import is_of_columns, without_levels
 from rtctl.measured.readers.delimited.names import (
     BLANKS,
     SEPARATORS,
@@ -96,9 +96,10 @@ class _Layout(NamedTuple):
 def find_form(lines: Sequence[str]) -> Form:
     """Return the form of a file by its opening lines, none of them blank. Raises ValueError in words.
 
-    A line that states the sample rate is no row of names, units or numbers, wherever above the numbers it stands.
+    A line that states the sample rate, or scales and limits of the columns, is no row of names, units or numbers,
+    wherever above the numbers it stands.
     """
-    apart = [k for k, line in enumerate(lines) if states_rate(line)]
+    apart = [k for k, line in enumerate(lines) if states_rate(line) or is_of_columns(line)]
     borders = [k - before for before, k in enumerate(apart)]
     form = _find_form([line for k, line in enumerate(lines) if k not in apart], borders)
     head = form.head

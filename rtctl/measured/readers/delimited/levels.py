@@ -1,13 +1,30 @@
-"""Names of columns in several lines with that of the first column below them, as pandas writes a header of levels.
+"""Lines between the names of columns and their numbers: levels of names, scales and limits of each column.
 
-signal,drive,displacement
-unit,V,mm
-t,,
+signal,drive,displacement    Channel;force;x
+unit,V,mm                    Unit;N;mm
+t,,                          Factor;10;0.5
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
+
+from rtctl.measured.readers.delimited.names import SEPARATORS, cells_of, is_number
+from rtctl.measured.readers.stated.keys import is_scale_key
+
+_LIMITS = re.compile(r"min(imum)?|max(imum)?|mean|average|mittelwert|rms|std(dev)?", re.IGNORECASE)
+_LONGEST_KEY = 40
+
+
+def is_of_columns(line: str) -> bool:
+    """Return whether a line has a word for a scale or a limit, and behind it a number for each of several columns."""
+    for separator in SEPARATORS:
+        key, *cells = cells_of(line, separator) or [""]
+        filled = [cell for cell in cells if cell]
+        if len(filled) > 1 and all(map(is_number, filled)) and len(key) <= _LONGEST_KEY:
+            return not is_number(key) and (is_scale_key(key) or _LIMITS.fullmatch(key) is not None)
+    return False
 
 
 def without_levels(block: Sequence[list[str]], are_units: Callable[[list[str]], bool]) -> list[list[str]]:
