@@ -91,4 +91,25 @@ MESSAGES = (
     Situation("ROS, two messages of different stamps", message("a.stamp.sec,a.stamp.nanosec,b.stamp.sec,b.stamp.nanosec", SECS, NSECS, SECS, [f"{int(one) // 2}" for one in NSECS]), refused("r.csv", '"a.stamp.sec + a.stamp.nanosec", "b.stamp.sec + b.stamp.nanosec"', "do not go on together", "--time")),
     Situation("two counts of one time", text("t_sec,t_ms,u [V],x [mm]\n" + table(1e3 * T, [f"{1e6 * one:.0f}" for one in T], U, X)), Right(rate_hz=1.0)),
 )  # fmt: skip
-SITUATIONS = (*LOGGERS, *MESSAGES)
+
+
+def clock(start: datetime, *parts: str) -> list[list[str]]:
+    """Numbers of the parts of a clock; seconds with their fraction where no thousandths follow."""
+    instants = [start + timedelta(milliseconds=int(k)) for k in K]
+    numbers = {part: [str(getattr(one, part)) for one in instants] for part in parts if part != "ms"}
+    thousandths = [one.microsecond // 1000 for one in instants]
+    if "ms" in parts:
+        return [*numbers.values(), [str(one) for one in thousandths]]
+    whole = [f"{one.second}.{part:03d}" for one, part in zip(instants, thousandths, strict=True)]
+    return [*numbers.values(), whole]
+
+
+YEAR_END = datetime(2026, 12, 31, 23, 59, 59, 700_000)
+NUMBERS = (
+    Situation("hours, minutes, seconds and ms", logged("Hour;Min;Sec;ms", *clock(MORNING, "hour", "minute", "second", "ms")), RIGHT),
+    Situation("hours, minutes, seconds and ms over midnight", logged("Hour;Min;Sec;ms", *clock(LATE, "hour", "minute", "second", "ms")), RIGHT),
+    Situation("year to seconds over the end of a year", logged("Year,Month,Day,Hour,Minute,Second", *clock(YEAR_END, "year", "month", "day", "hour", "minute"), separator=","), RIGHT),
+    Situation("hours, minutes and whole seconds", logged("Hour;Min;Sec", *clock(MORNING, "hour", "minute", "second", "ms")[:3]), refused("r.csv", '"Hour + Min + Sec" stays the same after row 0', "more digits")),
+    Situation("minutes that are none", logged("h;min;s", *clock(MORNING, "hour"), [f"{10 * k}" for k in K]), refused("r.csv", "sample rate is not known")),
+)  # fmt: skip
+SITUATIONS = (*LOGGERS, *MESSAGES, *NUMBERS)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from rtctl.measured.readers.groups import Place
 from rtctl.measured.readers.stated.attributes import text_of
 from rtctl.measured.readers.table import Column, Header, Table
+from rtctl.measured.readers.whole_file.clock_columns import are_clock, clock_columns, clock_ns
 
 _DATE = re.compile(r"date|datum|fecha|data|dato|day|tag|jour", re.IGNORECASE)
 _CLOCK = re.compile(
@@ -47,7 +48,8 @@ class _Joined(NamedTuple):
     """Column of the parts of a second; "": there is none."""
     digits: int = 0
     """Digits of these: 3 of ms."""
-    are_texts: bool = True
+    kind: tuple[str, ...] = ()
+    """What columns of numbers count: years to seconds, or whole seconds alone; (): they are texts."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -98,13 +100,25 @@ def _groups(table: Table) -> list[dict[str, str]]:
 def _instants(table: Table, group: Mapping[str, str]) -> Iterator[_Joined]:
     """Yield what the columns of a group are together, by their names and their numbers."""
     lower = {own.lower(): name for own, name in group.items()}
+    clock = clock_columns(lower)
+    if clock and _is_clock(table, clock):
+        fraction, digits = next(
+            ((lower[word], digits) for word, digits in _DIGITS.items() if word in lower), ("", 0)
+        )
+        one = _Joined(tuple(clock.values()), fraction, digits, kind=tuple(clock))
+        yield (
+            one
+            if fraction and _are_alike(table, one) and _are_parts(table, one)
+            else one._replace(fraction="")
+        )
+        return
     for own, name in lower.items():
         seconds = _SECONDS.fullmatch(own)
         stem = seconds["stem"] if seconds else None
         for word, digits in _DIGITS.items():
             if stem is None or f"{stem}{word}" not in lower:
                 continue
-            one = _Joined((name,), lower[f"{stem}{word}"], digits, are_texts=False)
+            one = _Joined((name,), lower[f"{stem}{word}"], digits, kind=("second",))
             if _are_alike(table, one) and _are_parts(table, one) and _whole(table, name) is not None:
                 yield one
     yield from _of_texts(table, group)
@@ -174,6 +188,20 @@ def _whole(table: Table, name: str) -> NDArray[np.float64] | None:
     return numbers if np.all(numbers == np.round(numbers)) else None
 
 
+def _is_clock(table: Table, clock: Mapping[str, str]) -> bool:
+    """Return whether the columns of a clock, by what they count, have one length and numbers of it."""
+
+    def numbers(part: str) -> NDArray[np.float64] | None:
+        name = clock[part]
+        try:
+            values = table.load(name, 0, table.columns[name].shape[0])
+        except ValueError:
+            return None
+        return values.astype(np.float64) if values.dtype.kind in "iuf" and len(values) else None
+
+    return _are_alike(table, _Joined(tuple(clock.values()))) and are_clock(tuple(clock), numbers)
+
+
 def _are_parts(table: Table, one: _Joined) -> bool:
     """Return whether numbers are parts of a second, which begin again with each, and do not count on."""
     numbers = _whole(table, one.fraction)
@@ -193,10 +221,13 @@ def _name(table: Table, one: _Joined) -> str:
 def _read(table: Table, one: _Joined, first: int, end: int) -> Column:
     """Return rows [first, end) of instants: texts of dates, or seconds as whole nanoseconds."""
     parts = None if not one.fraction else table.load(one.fraction, first, end)
-    if not one.are_texts:
-        seconds = np.asarray(table.load(one.parts[0], first, end)).astype(np.int64)
-        beyond = np.asarray(parts).astype(np.int64) * 10 ** (9 - one.digits)
-        return np.asarray(10**9 * seconds + beyond).astype("timedelta64[ns]")
+    if one.kind:
+        beyond = 0 if parts is None else np.asarray(parts).astype(np.int64) * 10 ** (9 - one.digits)
+        columns = [np.asarray(table.load(name, first, end)) for name in one.parts]
+        whole = 10**9 * columns[0].astype(np.int64) if len(columns) == 1 else clock_ns(
+            {part: column.astype(np.float64) for part, column in zip(one.kind, columns, strict=True)}
+        )  # fmt: skip
+        return np.asarray(whole + beyond).astype("timedelta64[ns]")
     *date, clock = (_as_texts(table.load(name, first, end)) for name in one.parts)
     texts = clock if parts is None else [
         _with_part(text, f"{int(part):0{one.digits}d}") for text, part in zip(clock, parts, strict=True)
