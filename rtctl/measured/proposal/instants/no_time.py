@@ -30,7 +30,12 @@ def _why_not(column: Column) -> str:
         if not is_called:
             return ""
         if not np.isfinite(column.values).all():
-            row = int(np.argmin(np.isfinite(column.values)))
+            row, count = int(np.argmin(np.isfinite(column.values))), int(np.sum(~np.isfinite(column.values)))
+            if count > 1:
+                return (
+                    f'the time column "{column.name}" has no number in {count} rows, first row {row} (counted from 0): '
+                    "write the times there, or remove these rows, whose gap in time then divides the record"
+                )
             return (
                 f'the time column "{column.name}" has no number in row {row} (counted from 0): write the time there, '
                 "or remove the row"
