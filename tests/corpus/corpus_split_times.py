@@ -14,6 +14,7 @@ from corpus_time import START, dates
 
 K = np.arange(ROWS)
 MS = [str(k) for k in K]
+SPRING = datetime(2026, 4, 3, 23, 59, 59, 700_000)
 LATE = datetime(2026, 11, 21, 23, 59, 59, 700_000)
 MORNING = datetime(2026, 11, 21, 9, 59, 59, 700_000)
 STAMPS_NS = [1_795_255_200_700_000_000 + 1_000_000 * int(k) for k in K]
@@ -51,6 +52,7 @@ LOGGERS = (
     Situation("date and time with a day between them", logged("Date,Time", after(LATER, "%Y-%m-%d"), after(LATER, "%H:%M:%S.@"), separator=","), Right(remark="about 86400000 rows are missing")),
     Situation("ms since power-up beside a time of day", logged("Time;millis", dates(CLOCK, MORNING), MS), RIGHT, {"sample_rate_hz": 1000.0}),
     Situation("date, time and ms in a manifest", logged("Date;Time;ms", dates(DOTS, MORNING), dates(CLOCK, MORNING), parts(MORNING)), RIGHT, {"manifest": MANIFEST.replace("sample_rate_hz = 1000.0", 'time = "Date + Time + ms"').replace('"u"', '"u [V]"').replace('"x"', '"x [mm]"')}),
+    Situation("a date whose month does not show", logged("Date;Time;ms", dates("%d/%m/%Y", SPRING), dates(CLOCK, SPRING), parts(SPRING)), refused("r.csv", '"Date + Time + ms" may have the day or the month first', '"03/04/2026', "write its dates as")),
     Situation("a row without its time of day", logged("Date;Time;ms", dates(DOTS, MORNING), [*dates(CLOCK, MORNING)[:-1], ""], parts(MORNING)), refused("r.csv", '"Date + Time + ms"', "no date or time of day in row 599"), {"time": "Date + Time + ms"}),
     Situation("a row without its time of day, nothing said", logged("Date;Time;ms", dates(DOTS, MORNING), [*dates(CLOCK, MORNING)[:-1], ""], parts(MORNING)), refused("r.csv", '"Date + Time + ms"', "no date or time of day in row 599", "remove the row")),
 )  # fmt: skip

@@ -287,6 +287,11 @@ def _instants_of_text(texts: NDArray[Any], name: str, first_row: int) -> NDArray
             f'column "{name}" has no date or time of day in {rows_text(empty + first_row)}, '
             f'"{words[empty[0]].strip()}": write it there, or remove the row'
         )
+    if words and all(one is not None and len(one["left"]) < _YEAR_DIGITS for one in map(_DATE.match, words)):
+        raise ValueError(
+            f'column "{name}" may have the day or the month first, or a year of two digits, in "{words[0].strip()}": '
+            "write its dates as 2026-11-21"
+        )
     try:
         numbers(np.asarray(words), name, first_row)
     except ValueError as error:

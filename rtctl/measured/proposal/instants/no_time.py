@@ -8,6 +8,7 @@ from rtctl.measured.proposal.instants.column_time import read_time
 from rtctl.measured.proposal.naming.column_names import WEAK
 from rtctl.measured.proposal.naming.column_units import quantity_of, read_column
 from rtctl.measured.proposal.survey import Column, Survey
+from rtctl.measured.readers.whole_file.split_instants import JOINT
 
 _HOUR_S, _SAME = 3600.0, 0.05
 """What clocks go back by where daylight-saving time ends, and its relative rounding by the step of the rows."""
@@ -15,12 +16,15 @@ _HOUR_S, _SAME = 3600.0, 0.05
 
 def describe_no_times(survey: Survey) -> str:
     """Return why the columns of a file that may be the time are none, with what to do; "": it has no such column."""
-    found = [
-        text
+    found = {
+        one.name: text
         for one in survey.columns.values()
         if (one.rows == survey.rows or one.raw is None) and (text := _why_not(one))
-    ]
-    return "; ".join(found)
+    }
+    parts = {
+        part for name in found if JOINT in name for part in name.split(JOINT)
+    }  # told with the whole instant
+    return "; ".join(text for name, text in found.items() if name not in parts)
 
 
 def _why_not(column: Column) -> str:
@@ -49,7 +53,8 @@ def _why_not(column: Column) -> str:
         stamps = read_time(column, None)
     except ValueError as error:
         told = str(error)
-        return "" if not is_called else f"the time {told}" if "has no date" in told else _words_in(column)
+        is_clear = "has no date" in told or "may have the day" in told
+        return "" if not is_called else f"the time {told}" if is_clear else _words_in(column)
     return _back(column.name, np.asarray(stamps.time_s), " s", is_clock=True)
 
 

@@ -39,6 +39,10 @@ _CLOCK_TEXT = re.compile(
 _BRACKETS = re.compile(r"\s*[\[(][^\[\]()]*[\])]\s*$")
 
 
+JOINT = " + "
+"""What joins the names of the parts of an instant."""
+
+
 class _Joined(NamedTuple):
     """Columns that are an instant together."""
 
@@ -215,7 +219,7 @@ def _are_parts(table: Table, one: _Joined) -> bool:
 def _name(table: Table, one: _Joined) -> str:
     first, *others = one.names
     owns = [table.place(name).within((table.place(name).groups or ("",))[-1]) for name in others]
-    return " + ".join([first, *owns])
+    return JOINT.join([first, *owns])
 
 
 def _read(table: Table, one: _Joined, first: int, end: int) -> Column:
