@@ -77,7 +77,23 @@ def groups(path: Path, stored: Any = counts) -> None:
             group[f"{channel}Data"] = stored(channel)
 
 
+def segments(path: Path) -> None:
+    """HDF5 of Keysight with two segments in the group of each channel."""
+    with h5py.File(path, "w") as file:
+        for channel in SIZES:
+            group = file.create_group(f"Waveforms/{channel}")
+            group.attrs.update(preamble(channel, NumSegments=2))
+            for k, half in enumerate(np.split(counts(channel), 2), 1):
+                group[f"{channel} Seg{k}Data"] = half
+
+
+BY_SEGMENT = {
+    "inputs": "Waveforms/Channel 1/Channel 1 Seg1Data",
+    "outputs": {"displacement": "Waveforms/Channel 2/Channel 2 Seg1Data"},
+    "scales": "displacement=1 mm/V",
+}
 SCOPES = (
+    Situation("Keysight, the first of two segments", made("r.h5", segments), ROUNDED._replace(fewest=300), BY_SEGMENT),
     Situation("Keysight, counts in structs", structs(), ROUNDED, BY_STRUCT),
     Situation("Keysight, counts in structs in floating point", structs(float), ROUNDED, BY_STRUCT),
     Situation("Keysight, volts in structs", mat(**{one.replace(" ", "_"): preamble(one, Data=values) for one, (values, _, _) in SIZES.items()}), Right(), BY_STRUCT),

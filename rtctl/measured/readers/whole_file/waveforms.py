@@ -20,7 +20,7 @@ from rtctl.measured.readers.table import Column, Header, Table, length
 _SCALES = (("yinc", "yorg", ""), ("yincrement", "yorigin", "yreference"), ("ymult", "yzero", "yoff"))
 """Keys of increment, origin and reference."""
 _PERIODS, _STARTS = ("xinc", "xincr", "xincrement"), ("xorg", "xorigin", "xzero")
-_TIME_UNITS = ("xunits", "xunit")
+_TIME_UNITS, _UNITS = ("xunits", "xunit"), ("yunits", "yunit")
 _DISPLAYED = frozenset({"xdisprange", "ydisprange"})
 """Keys of what the screen showed, which scales nothing."""
 _PERIOD = RateKey("xinc", "", is_rate=False)
@@ -45,6 +45,8 @@ def with_waveforms(table: Table) -> Table:
         for name in _waveforms(table, path):
             headers[name] = _timed(headers[name], told, level)
             scale = _scale(told, level)
+            unit = next((text_of(level[told[key]]) for key in _UNITS if key in told), "") if scale else ""
+            headers[name] = headers[name]._replace(unit=headers[name].unit or unit or None)
             if scale is not None and _are_counts(table, name):
                 scales[name] = scale
                 headers[name] = headers[name]._replace(dtype=np.dtype(np.float64))
