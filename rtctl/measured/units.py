@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.units.quantities import unit_registry
+from rtctl.border.units.quantities import QUANTITY, unit_registry
 from rtctl.border.units.unit_text import parsed_unit
 
 ROUNDING = 1e-9
@@ -19,6 +19,37 @@ def check_unit(unit: str, to: str | None = None) -> None:
     known = parsed_unit(unit)
     if to is not None and known.dimensionality != parsed_unit(to).dimensionality:
         raise ValueError(f'unit "{unit}" is not compatible with {to}{_about_weights(unit)}')
+
+
+def count_s(unit: str) -> float:
+    """Return what one count of a time is [s]: of a unit (`ms`), a number of it (`16.67 ns`), a clock's tick (`60 MHz`).
+
+    Raises:
+        ValueError: In words, for a text that is none of these.
+    """
+    number = QUANTITY.match(unit.strip())
+    if number is None or not number[2]:
+        return float(convert_column(np.ones(1), unit, "s")[0])
+    value = float(number[1])
+    if not 0.0 < value < np.inf:
+        raise ValueError(
+            f'unit of time "{unit}": the number must be > 0; write it like "60 MHz" or "16.67 ns"'
+        )
+    of_clock = parsed_unit(number[2]).dimensionality == parsed_unit("Hz").dimensionality
+    size = float(convert_column(np.array([value]), number[2], "Hz" if of_clock else "s")[0])
+    return 1.0 / size if of_clock else size
+
+
+def same_count(one: str, other: str) -> bool:
+    """Return whether one count of two units of time is the same, to rounding. Raises ValueError as `count_s` does."""
+    return abs(count_s(one) / count_s(other) - 1.0) < ROUNDING
+
+
+def is_clock(text: str) -> bool:
+    """Return whether a text is the rate of a clock, `60 MHz`, whose ticks a column may count."""
+    number = QUANTITY.match(text.strip())
+    is_rate = number is not None and is_unit(number[2]) and bool(number[2])
+    return is_rate and parsed_unit(number[2]).dimensionality == parsed_unit("Hz").dimensionality  # type: ignore[index]
 
 
 def is_unit(unit: Any) -> bool:

@@ -13,8 +13,8 @@ COUNTED = MANIFEST.replace(
 )
 
 
-def rows(u: np.ndarray = U, x: np.ndarray = X, head: str = HEAD, form: str = "{:.9g}"):
-    return text(head + table(T, u, x, form=form))
+def rows(u: np.ndarray = U, x: np.ndarray = X, t: np.ndarray = T, head: str = HEAD, form: str = "{:.9g}"):
+    return text(head + table(t, u, x, form=form))
 
 
 def at(values: np.ndarray, row: int, value: float) -> np.ndarray:
@@ -45,6 +45,11 @@ SITUATIONS = (
     Situation("blank lines alone", text("\n\n\n"), refused("r.csv")),
     Situation("half of the rows are missing", rows(x=np.where(K % 2 == 0, X, np.nan)), refused("r.csv", "no two rows", "x [mm]", "correct")),
     Situation("a sensor that falls out in the middle", rows(x=np.where((K > 200) & (K < 260), np.nan, X)), Right(remark="59 rows left out", fewest=541)),
+    Situation("a sensor that falls out twice", rows(x=np.where(np.isin(K, [*range(150, 190), *range(390, 430)]), np.nan, X)), Right(remark="3 parts, rows [0, 150], [190, 390], [430, 600], 80 rows left out", fewest=520)),
+    Situation("a single row without a number", rows(x=np.where(K == 300, np.nan, X)), Right(remark="write the line between the neighbours into these cells", fewest=599)),
+    Situation("single rows without numbers, many parts", rows(x=np.where(K % 10 == 5, np.nan, X)), refused("r.csv", "60 rows without numbers, first row 5", "write the line between the neighbours", "rows = [6, 15]")),
+    Situation("single rows without numbers, short parts", rows(x=np.where(K % 40 == 20, np.nan, X)), refused("r.csv", "16 parts", "15 rows without numbers, first row 20", "write the line between the neighbours", "rows = [21, 60]")),
+    Situation("rows that are lost with their times", rows(*(np.where((K > 249) & (K < 300), np.nan, one) for one in (U, X, T))), refused("r.csv", "no number in 50 rows, first row 250", "remove these rows")),
     Situation("a sensor that starts later", rows(x=np.where(K < 50, np.nan, X)), Right(remark="50 rows left out", fewest=550)),
     Situation("counts without a scale", rows(x=COUNTS, head="t [s],u [V],x [ADU]\n"), refused("r.csv", "x [ADU]", "unit", "--output")),
     Situation("counts with a scale in the manifest", rows(x=COUNTS, head="t,u,x\n"), Right(within=2e-3), said(COUNTED)),

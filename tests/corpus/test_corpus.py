@@ -12,13 +12,16 @@ from typing import Any
 import corpus_binary
 import corpus_fields
 import corpus_habits
+import corpus_instruments
 import corpus_labs
 import corpus_lines
 import corpus_numbers
+import corpus_split_times
 import corpus_stated
 import corpus_sweeps
 import corpus_text
 import corpus_time
+import corpus_words
 import numpy as np
 import pytest
 from corpus_case import SWEEP, TRUTH, Refused, Right, RightSweep, Situation
@@ -39,6 +42,9 @@ TABLES = (
     corpus_stated,
     corpus_sweeps,
     corpus_labs,
+    corpus_instruments,
+    corpus_split_times,
+    corpus_words,
 )
 SITUATIONS = [one for module in TABLES for one in module.SITUATIONS]
 

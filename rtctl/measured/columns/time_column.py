@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray
 from rtctl.measured.columns.conversion import check_finite, numbers, rows_text
-from rtctl.measured.stated_unit import agrees, readable, time_unit_in_name, time_unit_of
-from rtctl.measured.units import check_unit, convert_column, same_unit
+from rtctl.measured.stated_unit import readable, time_unit_in_name, time_unit_of
+from rtctl.measured.units import count_s, is_clock, same_count
 
 SLOW_S, FAST_S = 1.0, 1e-7
 """Periods [s] beyond which seconds that nobody stated are remarked upon."""
@@ -22,11 +22,23 @@ _LARGE, _EXACT = 1e8, 2.0**53
 """Sizes from which stamps are counted from the first one, and from which floating point does not hold integers."""
 _CLOCK = re.compile(r"\s*(\d{1,2}):(\d{2}):(\d{2}(?:[.,:]\d+)?)\s*(?:([AP])\.?M\.?)?\s*$", re.IGNORECASE)
 """Time of day; loggers also write its thousandths after a colon, and hours to 12 with AM or PM."""
+_HAS_CLOCK = re.compile(r"\d:\d{2}")
 _DATE = re.compile(
     r"\s*(?P<left>\d{1,4})(?P<sign>[-./])(?P<middle>\d{1,2})(?P=sign)(?P<right>\d{1,4})[T ]\s*"
-    r"(?P<clock>\d{1,2}:\d{2}:\d{2}(?:[.,:]\d+)?(?:\s*[AP]\.?M\.?)?)(?P<zone>Z|[+-]\d{2}:?\d{2})?\s*$",
+    r"(?P<clock>\d{1,2}:\d{2}:\d{2}(?:[.,:]\d+)?(?:\s*[AP]\.?M\.?)?)\s*(?P<zone>Z|UTC|GMT|[+-]\d{2}:?\d{2})?\s*$",
     re.IGNORECASE,
 )
+_MONTH = re.compile(r"\s*(\d{1,2})[-. ]+([^\W\d_]{3,9})[-. ]+(\d{4})\b")
+"""A date with the name of its month: `21-Nov-2026`, `21. Okt 2026`."""
+_MONTH_NAMES = (
+    "jan", "feb fév", "mar mär mrz", "apr avr", "may mai", "jun juin", "jul juil", "aug aoû", "sep", "oct okt", "nov",
+    "dec dez déc",
+)  # fmt: skip
+"""Beginnings of the names of months in English, German and French."""
+_PASSED = re.compile(r"\s*(\d+) days? (?=\d{2}:\d{2}:\d{2})")
+"""Days in front of hours, as pandas writes what has passed."""
+_MINUTES = re.compile(r"\s*(\d{1,3}):([0-5]\d[.,]\d+)\s*")
+"""Minutes and seconds: without a fraction they might be hours and minutes."""
 _DAY_S = 86_400.0
 _MONTHS, _HALF_DAY_H = 12, 12
 _YEAR_DIGITS, _CENTURY = 4, "20"
@@ -64,15 +76,17 @@ def choose_time_unit(manifest: str | None, stated: str | None, name: str) -> Tim
         ValueError: The file states another unit than the manifest, or one that is no unit of time.
     """
     in_file = None if stated is None or not readable(time_unit_of(stated)) else time_unit_of(stated)
+    if stated is not None and is_clock(stated):
+        in_file = stated
     if in_file is not None:
         try:
-            check_unit(in_file, "s")
+            count_s(in_file)
         except ValueError:
             raise ValueError(
                 f'the file states unit "{stated}" for column "{name}", which is no time'
             ) from None
     if manifest is not None:
-        if in_file is not None and not agrees(in_file, manifest):
+        if in_file is not None and not same_count(in_file, manifest):
             raise ValueError(
                 f'the file states unit "{stated}" for column "{name}", the manifest time_unit = "{manifest}"; '
                 "correct one"
@@ -131,7 +145,7 @@ def remark_on_period(period_s: float, duration_s: float, unit: TimeUnit, name: s
     if unit.source == "name":
         return f'time column "{name}" is read in {unit.unit}, which its name ends with'
     named = time_unit_in_name(name) if unit.source == "manifest" else None
-    if named is not None and not same_unit(named, unit.unit):
+    if named is not None and not same_count(named, unit.unit):
         return (
             f'time column "{name}" is read in {unit.unit}, as time_unit says, though its name ends with {named}: '
             f"correct time_unit if that is a slip ({1.0 / period_s:.6g} Hz over {duration_s:.6g} s)"
@@ -156,7 +170,7 @@ def _check_size(size: float, unit: TimeUnit, name: str) -> None:
 
 
 def _scaled(values: FloatArray, resolution: float, unit: str) -> TimeColumn:
-    factor = float(convert_column(np.array([1.0]), unit, "s")[0])
+    factor = count_s(unit)
     return TimeColumn(np.ascontiguousarray(factor * values), factor * resolution)
 
 
@@ -210,7 +224,22 @@ def _iso(found: re.Match[str], order: str) -> str:
         "any": "2000-01-01",
     }
     hours, minutes, seconds_text = _time_of_day(found["clock"])
-    return f"{dates[order]}T{hours:02d}:{minutes:02d}:{seconds_text}{found['zone'] or ''}"
+    zone = (found["zone"] or "").upper()
+    zone = "Z" if zone in ("UTC", "GMT") else zone
+    return f"{dates[order]}T{hours:02d}:{minutes:02d}:{seconds_text}{zone}"
+
+
+def _with_number_of_month(word: str) -> str:
+    """Return a date with the name of its month as `21.11.2026`; another text as it is."""
+    found = _MONTH.match(word)
+    if found is None:
+        return word
+    name = found[2].lower()
+    number = next(
+        (k for k, known in enumerate(_MONTH_NAMES, 1) if any(name.startswith(one) for one in known.split())),
+        0,
+    )
+    return f"{found[1]}.{number}.{found[3]}{word[found.end() :]}" if number else word
 
 
 def _time_of_day(clock: str) -> tuple[int, int, str]:
@@ -226,7 +255,20 @@ def _time_of_day(clock: str) -> tuple[int, int, str]:
 def _instants_of_text(texts: NDArray[Any], name: str, first_row: int) -> NDArray[Any]:
     """Return dates (ISO 8601) as datetime64[ns], or times of day as timedelta64[ns]. Raises ValueError in words."""
     words = [str(text.decode("latin-1") if isinstance(text, bytes) else text) for text in texts.reshape(-1)]
-    words = _as_iso(words)
+    words = _as_iso([_with_number_of_month(word) for word in words])
+    minutes = [_MINUTES.fullmatch(word) for word in words]
+    if words and all(minutes):
+        passed = [60.0 * int(one[1]) + float(one[2].replace(",", ".")) for one in minutes if one]
+        return np.rint(1e9 * np.array(passed)).astype("timedelta64[ns]")
+    days = [_PASSED.match(word) for word in words]
+    if words and all(days):
+        clock = [_time_of_day(_PASSED.sub("", word)) for word in words]
+        passed = [
+            86400 * int(day[1]) + 3600 * h + 60 * m + float(s)
+            for day, (h, m, s) in zip(days, clock, strict=True)
+            if day
+        ]
+        return np.rint(1e9 * np.array(passed)).astype("timedelta64[ns]")
     if words and all(_CLOCK.match(word) for word in words):
         clock = [_time_of_day(word) for word in words]
         of_day = np.array([3600 * hours + 60 * minutes + float(rest) for hours, minutes, rest in clock])
@@ -239,6 +281,17 @@ def _instants_of_text(texts: NDArray[Any], name: str, first_row: int) -> NDArray
             )
         except pa.ArrowInvalid:
             continue
+    empty = np.asarray([row for row, word in enumerate(words) if not _HAS_CLOCK.search(word)], dtype=np.intp)
+    if 0 < len(empty) < len(words):
+        raise ValueError(
+            f'column "{name}" has no date or time of day in {rows_text(empty + first_row)}, '
+            f'"{words[empty[0]].strip()}": write it there, or remove the row'
+        )
+    if words and all(one is not None and len(one["left"]) < _YEAR_DIGITS for one in map(_DATE.match, words)):
+        raise ValueError(
+            f'column "{name}" may have the day or the month first, or a year of two digits, in "{words[0].strip()}": '
+            "write its dates as 2026-11-21"
+        )
     try:
         numbers(np.asarray(words), name, first_row)
     except ValueError as error:

@@ -13,7 +13,7 @@ from rtctl.border.file_kinds import check_file_kind
 from rtctl.border.units.quantities import Checked, check, read_toml
 from rtctl.measured.manifest.signal_kinds import measured_kinds, signal_findings
 from rtctl.measured.stated_unit import stated_amplitude
-from rtctl.measured.units import check_unit
+from rtctl.measured.units import check_unit, count_s
 
 Role = Literal["input", "output"]
 NO_PHASE = ": an amplitude without its phase tells neither part; export the phase as a column beside it"
@@ -58,7 +58,7 @@ def _scale(raw: Any) -> float:
 
 
 def _time_unit(raw: Any) -> str:
-    check_unit(_unit(raw), "s")
+    count_s(_unit(raw))
     return str(raw)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,14 @@ TEST_SHARE = 1.0 / 3.0
 LEAST_PART = 0.05
 """Share of the longest part between gaps below which a part is left out."""
 MOST_PARTS = 20
+MOST_SHORT, MOST_SINGLE = 5, 3
+"""Parts that may all be shorter than `FEWEST_ROWS`, and rows without numbers in a row that are single ones."""
+_SHOWN = 3
+_FILL = (
+    "They are single rows among others: where the signals go on smoothly from row to row, write the line between the "
+    "neighbours into these cells (pandas: interpolate), and the file is one record"
+)
+"""What to do with single rows, which would be bridged by a guess."""
 LONGEST_TITLE = 60
 """Characters of a title that are shown."""
 LAST_THIRD, NO_TEST = "last-third", "none"
@@ -52,14 +61,44 @@ def find_parts(survey: Survey, columns: Sequence[str], time: TimeGuess) -> tuple
         )
     longest = max(end - first for first, end in parts)
     kept = [one for one in parts if one[1] - one[0] >= max(LEAST_PART * longest, 2)]
-    if len(kept) > MOST_PARTS:
-        raise ValueError(
-            f"falls into {len(kept)} parts between gaps of time and rows without numbers; correct the file, or "
-            "write the rows that you want into a manifest"
-        )
+    lost = _lost(edges, survey.rows)
+    short = len(kept) > MOST_SHORT and longest < FEWEST_ROWS
+    if len(kept) > MOST_PARTS or (short and lost.are_single):
+        raise ValueError(_about_many(kept, lost))
     if kept == [(0, survey.rows)]:
         return kept, ""
-    return kept, _why_cut(survey, kept, breaks, begun, np.flatnonzero(~whole))
+    why = _why_cut(survey, kept, breaks, begun, np.flatnonzero(~whole))
+    return kept, f"{why}. {_FILL}" if lost.are_single else why
+
+
+class _Lost(NamedTuple):
+    """Rows without numbers between the parts of a file."""
+
+    runs: tuple[tuple[int, int], ...]
+    """Runs of them, [first, end) each."""
+    are_single: bool
+    """Whether none between two parts is longer than what a converter loses now and then."""
+
+
+def _lost(edges: NDArray[np.intp], rows: int) -> _Lost:
+    """Return what lies between the runs that have numbers, by their edges, in a file of `rows` rows."""
+    between = np.concatenate([[0], edges, [rows]]).reshape(-1, 2)
+    runs = tuple((int(first), int(end)) for first, end in between if end > first)
+    inside = [end - first for first, end in runs if first > 0 and end < rows]
+    return _Lost(runs, bool(inside) and max(inside) <= MOST_SINGLE)
+
+
+def _about_many(kept: Sequence[tuple[int, int]], lost: _Lost) -> str:
+    """Return why so many parts are no records, what to do, and where the longest are."""
+    longest = sorted(kept, key=lambda one: one[0] - one[1])[:_SHOWN]
+    rows = ", ".join(f"rows = [{first}, {end}]" for first, end in sorted(longest))
+    count = sum(end - first for first, end in lost.runs)
+    empty = f" ({count} rows without numbers, first row {lost.runs[0][0]})" if lost.runs else ""
+    remedy = f". {_FILL}" if lost.are_single else "; correct the file"
+    return (
+        f"falls into {len(kept)} parts between gaps of time and rows without numbers{empty}{remedy}; or write the rows "
+        f"that you want into a manifest, the longest are {rows}"
+    )
 
 
 def _why_cut(
@@ -82,8 +121,9 @@ def _why_cut(
         reasons.append(f"{len(begun) + 1} acquisitions in one file, with a pause before row {min(begun)}")
     if len(empty):
         reasons.append(f"rows without numbers, first row {empty[0]}")
-    left_out = f", {lost} rows left out" if lost or not (breaks or begun) else ""
-    return f"{' and '.join(reasons)}: {len(kept)} {'part' if len(kept) == 1 else 'parts'}{left_out}"
+    left_out = f", {lost} {'row' if lost == 1 else 'rows'} left out" if lost or not (breaks or begun) else ""
+    where = ", ".join(f"[{first}, {end}]" for first, end in kept[:_SHOWN]) + ", ..." * (len(kept) > _SHOWN)
+    return f"{' and '.join(reasons)}: {len(kept)} {'part' if len(kept) == 1 else 'parts'}, rows {where}{left_out}"
 
 
 def _gaps(survey: Survey, time: TimeGuess) -> dict[int, int]:

@@ -10,9 +10,12 @@ from rtctl.extras import require
 from rtctl.measured.readers.limits import limited
 from rtctl.measured.readers.table import Header, Table
 from rtctl.measured.readers.whole_file.beside import with_beside
+from rtctl.measured.readers.whole_file.clock_ticks import with_clock
 from rtctl.measured.readers.whole_file.matrices import with_matrix_columns
 from rtctl.measured.readers.whole_file.real_parts import with_real_parts
 from rtctl.measured.readers.whole_file.signatures import contradiction
+from rtctl.measured.readers.whole_file.split_instants import with_joined_instants
+from rtctl.measured.readers.whole_file.waveforms import with_waveforms
 
 __all__ = ["READERS", "Header", "Table", "open_table"]
 
@@ -83,7 +86,8 @@ def open_table(path: Path) -> Table:
         table = importlib.import_module(module).read(path)
     if suffix not in (".uff", ".unv"):  # whose complex numbers are frequency responses
         table = with_real_parts(table)
-    return with_beside(with_matrix_columns(table, matlab=suffix == ".mat"))
+    table = with_matrix_columns(with_clock(with_waveforms(table)), matlab=suffix == ".mat")
+    return with_joined_instants(with_beside(table))
 
 
 def _about_missing(path: Path) -> str:

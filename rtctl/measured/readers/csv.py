@@ -6,7 +6,7 @@ import csv
 import re
 from bisect import bisect_right
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -63,10 +63,11 @@ def read(path: Path) -> Table:
         found = _numbers_together(text, form, numbered, rows, (lines.places[0].byte, end_byte))
         return {name: cells for name, cells in found.items() if not may_have_thousands(cells)}
 
+    unclear = _unclear(text, form, rows, (lines.places[0].byte, end_byte)) if rows else set()
     starts = starts_of(above, form.names)
     remarks = tuple(one for one in (ending.remark, preamble.doubt, starts.remark) if one)
     return Table(
-        columns=_headers(form, rows, starts.start_s),
+        columns=_headers(form, rows, starts.start_s, unclear),
         load=load,
         load_together=load_together,
         remarks=remarks,
@@ -133,7 +134,7 @@ def _above(opening: Sequence[NumberedLine], form: Form) -> list[NumberedLine]:
 
 def _notes(opening: Sequence[NumberedLine], form: Form) -> list[NumberedLine]:
     """Return notes beside the first rows of nameless numbers, key and value in columns of their own, as lines."""
-    if form.names[0] != f"{NAMELESS}1":
+    if form.names[:2] != (f"{NAMELESS}1", f"{NAMELESS}2"):
         return []
     rows = [(line, cells_of(line.text, form.separator)) for line in opening[form.head :]]
     return [
@@ -199,8 +200,24 @@ def _line_of_cells(text: Text, form: Form, cells: int) -> tuple[int, str]:
     return 0, ""
 
 
-def _headers(form: Form, rows: int, starts: Mapping[str, float]) -> dict[str, Header]:
-    counts = Counter(form.names)
+def _unclear(text: Text, form: Form, rows: int, part: tuple[int, int]) -> set[str]:
+    """Return the names that several columns have, unless these are the same time, beside each signal."""
+    found = set[str]()
+    for name in {name for name, count in Counter(form.names).items() if name and count > 1}:
+        places = {str(k): k for k, one in enumerate(form.names) if one == name}
+        if len({form.units[k] for k in places.values() if k < len(form.units)}) > 1:
+            found.add(name)
+            continue
+        copies = list(_numbers_together(text, form, places, rows, part).values())
+        increases = bool(copies) and bool(np.all(np.diff(copies[0]) > 0.0))
+        if not increases or len(copies) < len(places) or any(np.any(copies[0] != one) for one in copies):
+            found.add(name)
+    return found
+
+
+def _headers(
+    form: Form, rows: int, starts: Mapping[str, float], unclear: Collection[str]
+) -> dict[str, Header]:
     units = dict(zip(form.names, form.units, strict=False))
     return {
         name: Header(
@@ -208,7 +225,7 @@ def _headers(form: Form, rows: int, starts: Mapping[str, float]) -> dict[str, He
             unit=units.get(name) or None,
             start_s=starts.get(name),
             start_key="X0" if name in starts else "",
-            refusal="is not clear, as two columns have the same name; rename one" if counts[name] > 1 else "",
+            refusal="is not clear, as two columns have the same name; rename one" if name in unclear else "",
         )
         for name in form.names
         if name

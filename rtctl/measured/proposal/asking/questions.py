@@ -29,7 +29,7 @@ from rtctl.measured.proposal.parts import LAST_THIRD, NO_TEST
 from rtctl.measured.proposal.proposal import Answers, Proposal, SignalGuess
 from rtctl.measured.proposal.survey import Column, Survey
 from rtctl.measured.stated_unit import stated_amplitude
-from rtctl.measured.units import check_unit
+from rtctl.measured.units import count_s
 from rtctl.output.readable_units import readable
 
 Settled = Callable[[Answers, str], Answers]
@@ -279,7 +279,7 @@ def _unit(said: str, name: str, *, swept: bool) -> str:
 
 def _unit_of_time(said: str) -> str:
     try:
-        check_unit(said, "s")
+        count_s(said)
     except ValueError as error:
         raise InputError(f"{error}") from None
     return said

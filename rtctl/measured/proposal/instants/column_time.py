@@ -18,7 +18,7 @@ from rtctl.measured.proposal.naming.column_units import own_scale, quantity_of, 
 from rtctl.measured.proposal.proposal import Open, TimeGuess
 from rtctl.measured.proposal.survey import Column
 from rtctl.measured.stated_unit import time_unit_in_name
-from rtctl.measured.units import check_unit, same_unit
+from rtctl.measured.units import count_s, is_clock, same_count
 
 FINEST_DOUBT_S = 0.0101
 """Step [s] above which a column without a unit may as well count milliseconds: of 100 kHz and less."""
@@ -34,12 +34,25 @@ _FINEST_S = 1e-5
 """Step [s] below which a column of such a size counts days."""
 
 
+_FEWEST_TICKS = 100.0
+"""Whole step from which numbers may be ticks of a clock."""
+_CLOCKS = (
+    "UNIT is then the rate of the clock, such as 60 MHz; Zurich Instruments call it clockbase: 60 MHz in MFLI, 210 MHz "
+    "in HF2LI, 1800 MHz in UHFLI"
+)
+
+
 class Time(NamedTuple):
     """The time of all files."""
 
     guess: TimeGuess
     opens: tuple[Open, ...] = ()
     unsure: tuple[str, ...] = ()
+
+
+def epoch_unit(size: float) -> str | None:
+    """Return the unit in which numbers that reach a size count since 1970; None: they are too small or too large."""
+    return next((unit for low, high, unit in _EPOCHS if low <= size < high), None)
 
 
 def read_time(column: Column, unit: str | None) -> TimeColumn:
@@ -56,6 +69,8 @@ def of_column(column: Column, given_unit: str, why: str, told: ToldRate | None) 
     if given_unit:
         guess = TimeGuess(column=column.name, unit=checked_time_unit(given_unit), why=why)
         return Time(guess, unsure=_other_time(column, given_unit, told))
+    if column.unit is not None and is_clock(column.unit):
+        return Time(TimeGuess(column=column.name, unit=column.unit, why=f"{why}; the file states its clock"))
     if scale := own_scale(column):
         text = (
             f'the time column "{column.name}" has the scale "{scale.text}" in its name: what its numbers count '
@@ -101,9 +116,9 @@ def _other_time(column: Column, given_unit: str, told: ToldRate | None) -> tuple
     step = float(np.median(np.diff(column.values))) if column.rows > 1 else 0.0
     if not step > 0.0:
         return ()
-    step_s, read = convert_number(step, given_unit, "s"), read_column(column).unit
+    step_s, read = step * count_s(given_unit), read_column(column).unit
     if read.text and quantity_of(read.text) == "time":
-        against = "" if same_unit(read.text, given_unit) else read.source
+        against = "" if same_count(read.text, given_unit) else read.source
     elif told is not None:
         several = one_of_several(told, 1.0 / step_s)
         if several or abs(step_s * told.rate_hz - 1.0) < AGREES:
@@ -120,19 +135,18 @@ def _other_time(column: Column, given_unit: str, told: ToldRate | None) -> tuple
 def _of_unknown_unit(column: Column, why: str, told: ToldRate | None) -> Time:
     assert column.values is not None
     size = float(np.nanmax(np.abs(column.values)))
-    for low, high, epoch in _EPOCHS:
-        if low <= size < high:
-            step_s = convert_number(float(np.median(np.diff(column.values))), epoch, "s")
-            if step_s >= _SLOWEST_S:
-                text = (
-                    f'the time column "{column.name}" reaches {size:.6g}: in {epoch} since 1970 its steps are '
-                    f"{step_s:.6g} s; counts of a clock since it was switched on are in a finer unit"
-                )
-                return Time(
-                    TimeGuess(column=column.name, unit=epoch, why=why), opens=(_unit_question(column, text),)
-                )
-            guess = TimeGuess(column=column.name, unit=epoch, why=f"{why}; it counts since 1970, in {epoch}")
-            return Time(guess, unsure=(f'time: "{column.name}" counts {epoch} since 1970, by its size',))
+    if (epoch := epoch_unit(size)) is not None:
+        step_s = convert_number(float(np.median(np.diff(column.values))), epoch, "s")
+        if step_s >= _SLOWEST_S:
+            text = (
+                f'the time column "{column.name}" reaches {size:.6g}: in {epoch} since 1970 its steps are '
+                f"{step_s:.6g} s; counts of a clock since it was switched on are in a finer unit"
+            )
+            return Time(
+                TimeGuess(column=column.name, unit=epoch, why=why), opens=(_unit_question(column, text),)
+            )
+        guess = TimeGuess(column=column.name, unit=epoch, why=f"{why}; it counts since 1970, in {epoch}")
+        return Time(guess, unsure=(f'time: "{column.name}" counts {epoch} since 1970, by its size',))
     step = float(np.median(np.diff(column.values)))
     for unit, size in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6)):
         if told is not None and abs(step * size * told.rate_hz - 1.0) < AGREES:
@@ -157,6 +171,8 @@ def _of_unknown_unit(column: Column, why: str, told: ToldRate | None) -> Time:
             guess, unsure=(f'time: nobody states the unit of "{column.name}"; in seconds it gives {hint}',)
         )
     contradicted = "" if told is None else f" ({told.source} of the file gives {told.rate_hz:.6g} Hz)"
+    if step >= _FEWEST_TICKS and step == round(step):
+        contradicted = f", as ticks of a clock of 60 MHz {6e7 / step:.6g} Hz ({_CLOCKS}){contradicted}"
     text = (
         f'nobody states the unit of the time column "{column.name}", which goes on by {step:.6g}: in seconds that is '
         f"{1.0 / step:.6g} Hz, in ms {1e3 / step:.6g} Hz{contradicted}"
@@ -167,7 +183,7 @@ def _of_unknown_unit(column: Column, why: str, told: ToldRate | None) -> Time:
 def checked_time_unit(text: str) -> str:
     """Return a unit of time that the user gave. Raises InputError where it is none."""
     try:
-        check_unit(text, "s")
+        count_s(text)
     except ValueError as error:
         raise InputError(f"--time: {error}") from None
     return text

@@ -8,6 +8,7 @@ from rtctl.measured.proposal.instants.column_time import read_time
 from rtctl.measured.proposal.naming.column_names import WEAK
 from rtctl.measured.proposal.naming.column_units import quantity_of, read_column
 from rtctl.measured.proposal.survey import Column, Survey
+from rtctl.measured.readers.whole_file.split_instants import JOINT
 
 _HOUR_S, _SAME = 3600.0, 0.05
 """What clocks go back by where daylight-saving time ends, and its relative rounding by the step of the rows."""
@@ -15,8 +16,15 @@ _HOUR_S, _SAME = 3600.0, 0.05
 
 def describe_no_times(survey: Survey) -> str:
     """Return why the columns of a file that may be the time are none, with what to do; "": it has no such column."""
-    found = [text for one in survey.columns.values() if one.rows == survey.rows and (text := _why_not(one))]
-    return "; ".join(found)
+    found = {
+        one.name: text
+        for one in survey.columns.values()
+        if (one.rows == survey.rows or one.raw is None) and (text := _why_not(one))
+    }
+    parts = {
+        part for name in found if JOINT in name for part in name.split(JOINT)
+    }  # told with the whole instant
+    return "; ".join(text for name, text in found.items() if name not in parts)
 
 
 def _why_not(column: Column) -> str:
@@ -26,17 +34,27 @@ def _why_not(column: Column) -> str:
         if not is_called:
             return ""
         if not np.isfinite(column.values).all():
-            row = int(np.argmin(np.isfinite(column.values)))
+            row, count = int(np.argmin(np.isfinite(column.values))), int(np.sum(~np.isfinite(column.values)))
+            if count > 1:
+                return (
+                    f'the time column "{column.name}" has no number in {count} rows, first row {row} (counted from 0): '
+                    "write the times there, or remove these rows, whose gap in time then divides the record"
+                )
             return (
                 f'the time column "{column.name}" has no number in row {row} (counted from 0): write the time there, '
                 "or remove the row"
             )
         unit = f" {reading.unit.text}" if reading.unit.text else ""
         return _back(column.name, np.asarray(column.values), unit)
+    if column.raw is None:
+        unclear = column.refusal.startswith("is not clear")
+        return f'the time column "{column.name}" {column.refusal}' if is_called and unclear else ""
     try:
         stamps = read_time(column, None)
-    except ValueError:
-        return _words_in(column) if is_called else ""
+    except ValueError as error:
+        told = str(error)
+        is_clear = "has no date" in told or "may have the day" in told
+        return "" if not is_called else f"the time {told}" if is_clear else _words_in(column)
     return _back(column.name, np.asarray(stamps.time_s), " s", is_clock=True)
 
 
@@ -64,8 +82,9 @@ def _back(name: str, times: np.ndarray, unit: str, *, is_clock: bool = False) ->
     told = f'the time column "{name}" goes back by {-steps[row]:.6g}{unit} after row {row} (counted from 0)'
     if is_clock and abs(lost - _HOUR_S) <= _SAME * _HOUR_S:
         return (
-            f"{told}, as clocks do by 3600 s where daylight-saving time ends: write the times in UTC or in seconds; if "
-            "the rows follow each other evenly, say --sample-rate HZ"
+            f"{told}, as clocks do by 3600 s where daylight-saving time ends, and times that are written without "
+            "their hours: write the times in UTC or in seconds; if the rows follow each other evenly, say "
+            "--sample-rate HZ"
         )
     return (
         f"{told}, so its rows are out of order or of several records: divide the file there, or put the rows in order; "

@@ -8,11 +8,12 @@ from typing import NamedTuple
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
+from rtctl.measured.proposal.instants.column_time import epoch_unit
 from rtctl.measured.proposal.naming.column_names import STRONG
 from rtctl.measured.proposal.naming.column_units import quantity_of, read_column
 from rtctl.measured.proposal.survey import Column, Survey
 from rtctl.measured.stated_unit import time_unit_in_name
-from rtctl.measured.units import convert_column
+from rtctl.measured.units import convert_column, count_s, is_clock
 
 WINDOW = 8
 """Intervals that are looked at together: a stamp that came late is made up for by those after it."""
@@ -76,14 +77,26 @@ def _compared(own_s: FloatArray, other_s: FloatArray | None) -> float | None:
 
 
 def _is_called_time(column: Column) -> bool:
+    if _has_origin(column):
+        return True
     read = read_column(column)
     by_unit = bool(read.unit.text) and quantity_of(read.unit.text) == "time"
     return column.values is not None and (by_unit or read.votes.get("time", 0.0) >= STRONG)
 
 
+def _has_origin(column: Column) -> bool:
+    """Return whether a column holds instants from an origin that it shares with others: stamps of ROS."""
+    return column.raw is not None and column.raw.dtype.kind == "m"
+
+
 def _seconds(column: Column) -> FloatArray | None:
     """Return the numbers of a column of times in seconds; None where it holds none, or nobody knows their unit."""
+    if column.raw is not None and _has_origin(column):
+        return np.asarray(column.raw / np.timedelta64(1, "s"), dtype=np.float64)
     if column.values is None:
         return None
-    unit = read_column(column).unit.text or time_unit_in_name(column.name) or "s"
+    if column.unit is not None and is_clock(column.unit):
+        return column.values * count_s(column.unit)
+    size = float(np.nanmax(np.abs(column.values), initial=0.0))
+    unit = read_column(column).unit.text or time_unit_in_name(column.name) or epoch_unit(size) or "s"
     return convert_column(column.values, unit, "s") if quantity_of(unit) == "time" else None

@@ -19,7 +19,6 @@ from rtctl.measured.proposal.instants.other_times import first_uneven_row, other
 from rtctl.measured.proposal.instants.told_rate import (
     ToldRate,
     check_stated,
-    convert_number,
     describe_missing_rate,
     is_rate_unit,
     one_of_several,
@@ -31,9 +30,12 @@ from rtctl.measured.proposal.naming.column_units import quantity_of, read_column
 from rtctl.measured.proposal.proposal import Answers, Open, TimeGuess
 from rtctl.measured.proposal.survey import Column, Survey
 from rtctl.measured.stated_unit import time_unit_in_name
+from rtctl.measured.units import count_s
 
 _TRIED = ("s", "ms", "us", "ns", "min", "h", "d")
 """Units of a time column of which nobody states one."""
+UNEVEN, MORE_EVEN = 0.01, 0.1
+"""Spread of steps over the usual one from which another time is looked for, and how much less it must have."""
 OUT_OF_ORDER = 0.1
 """Share of the steps that go back, up to which a column of times is one whose rows are out of order."""
 
@@ -84,11 +86,13 @@ def _beside_others(survey: Survey, taken: Column, time: Time) -> Time:
             "show. Where each signal has its own, export them with one time for all"
         )
         return time._replace(opens=(*time.opens, Open("time", text, f"--time {shlex.quote(taken.name)}")))
-    doubts = [
-        f'time: "{one.name}" is {one.later_s:.6g} s later than "{taken.name}", which is taken for all signals: has a '
-        "signal that other time?"
-        for one in others
-    ]
+    doubts = []
+    for one in others:
+        order = "later" if one.later_s > 0.0 else "earlier"
+        doubts.append(
+            f'time: "{one.name}" is {abs(one.later_s):.6g} s {order} than "{taken.name}", which is taken for all '
+            "signals: has a signal that other time?"
+        )
     return time._replace(unsure=(*time.unsure, *doubts))
 
 
@@ -103,7 +107,7 @@ def _rate_of(column: Column, unit: str) -> float:
     """Return the rate [Hz] of a column in a unit of time; 0.0 where it has no numbers that increase."""
     if column.values is None or column.rows < 2:
         return 0.0
-    step_s = convert_number(float(np.median(np.diff(column.values))), checked_time_unit(unit), "s")
+    step_s = float(np.median(np.diff(column.values))) * count_s(checked_time_unit(unit))
     return 1.0 / step_s if step_s > 0.0 else 0.0
 
 
@@ -263,11 +267,31 @@ def _time_column(survey: Survey) -> tuple[Column, str] | None:
         voted.append((vote, column))
     best = max((vote for vote, _ in voted), default=0.0)
     if best >= WEAK:
-        return next(one for vote, one in voted if vote == best), "it increases, and its name says so"
+        return _most_even([one for vote, one in voted if vote == best]), "it increases, and its name says so"
     first = next((name for name, one in survey.columns.items() if one.raw is not None), "")
     if any(one.name == first and vote == 0.0 for vote, one in voted) and _is_nameless(survey, first):
         return survey.columns[first], "it is the first column, and increases in equal steps"
     return None
+
+
+def _most_even(columns: Sequence[Column]) -> Column:
+    """Return the first of several times, or one that is far more even: stamps of samples beside those of receipt."""
+    first, *others = columns
+    spreads = {one.name: _spread(one) for one in others}
+    best = min(others, key=lambda one: spreads[one.name], default=first)
+    return (
+        best
+        if others and spreads[best.name] < MORE_EVEN * _spread(first) and _spread(first) > UNEVEN
+        else first
+    )
+
+
+def _spread(column: Column) -> float:
+    """Return the spread of the steps of a time over the usual one; inf of dates."""
+    if column.values is None:
+        return np.inf
+    steps = np.diff(column.values)
+    return float(np.std(steps) / np.median(steps))
 
 
 def _only_counts(column: Column, told: ToldRate | None) -> bool:

@@ -16,7 +16,8 @@ STRONG, WEAK = 4.0, 2.0
 """Votes of a word and of a single letter; a unit's vote lies between (`column_units.UNIT_VOTE`)."""
 
 _WORDS: dict[str, str] = {
-    "time": "time timestamp zeit uhrzeit temps tiempo tempo elapsed datetime date clock seconds secs millis micros "
+    "time": "time timestamp stamp zeit uhrzeit zeitstempel datum temps tiempo tempo elapsed datetime date clock "
+    "seconds secs nsecs nsec nanosec nanosecs millis micros milliseconds microseconds nanoseconds millisekunden "
     "x_value abscissa",
     "index": "index idx sample samples nr no number count counter row id point nummer zeile",
     "rate": "fs fsamp samplerate samplingrate samplefrequency samplingfrequency abtastrate rate",
@@ -56,6 +57,8 @@ _WEIGHTS = frozenset(
 """Words of what may be measured in grams."""
 _CHANNEL = re.compile(r"[ABDaibd]\d+")
 """A channel of an instrument: `A1`, `b0`."""
+_FIELD_OF_MESSAGE = "field."
+"""What ROS writes in front of the names of a message's fields, `field.header.stamp`."""
 _NODE = re.compile(r"\d+:[+-]?R?[SXYZ]\b( #\d+)?")
 """Node and direction behind the names of a universal file."""
 _SPELLED = {
@@ -100,7 +103,7 @@ class Name(NamedTuple):
 
 def read_name(name: str) -> Name:
     """Return what a column's name says."""
-    base, unit, habit = _without_unit(name.strip())
+    base, unit, habit = _without_unit(name.strip().removeprefix(_FIELD_OF_MESSAGE))
     return Name(_votes(base), unit, habit)
 
 

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from rtctl.measured.readers.delimited.labview import below_heads
+from rtctl.measured.readers.delimited.levels import is_of_columns, without_levels
 from rtctl.measured.readers.delimited.names import (
     BLANKS,
     SEPARATORS,
@@ -19,6 +20,7 @@ from rtctl.measured.readers.delimited.names import (
     bare_unit,
     cells_of,
     is_number,
+    joined_brackets,
     names_above,
     spaced_names,
     without_mark,
@@ -35,6 +37,8 @@ _SEP_LINE = re.compile(r'"?sep=(.)"?\s*$', re.IGNORECASE)
 _RATE = re.compile(r"\d[\d.,]*\s*[kM]?(Hz|S/s|Sa/s)")
 _DRAWN = re.compile(r"[#%]|[#%]?[-=_+|]{2,}")
 """A line drawn below names, and a mark in front of it."""
+_COMMENT = re.compile(r"(comment|note|remark|bemerkung|kommentar|event|marker)s?", re.IGNORECASE)
+"""A last name of what is written beside few rows: the others do not have its cell."""
 _TYPES = frozenset(
     [
         "double",
@@ -65,6 +69,8 @@ class Form(NamedTuple):
     """Number of lines before the numbers, blank ones not counted."""
     separator: str
     decimal: str
+    surplus: str = ""
+    """First name for which the rows have no cell, where it is no place for comments; "": there is none."""
 
 
 class _Layout(NamedTuple):
@@ -90,14 +96,20 @@ class _Layout(NamedTuple):
 def find_form(lines: Sequence[str]) -> Form:
     """Return the form of a file by its opening lines, none of them blank. Raises ValueError in words.
 
-    A line that states the sample rate is no row of names, units or numbers, wherever above the numbers it stands.
+    A line that states the sample rate, or scales and limits of the columns, is no row of names, units or numbers,
+    wherever above the numbers it stands.
     """
-    apart = [k for k, line in enumerate(lines) if states_rate(line)]
+    apart = [k for k, line in enumerate(lines) if states_rate(line) or is_of_columns(line)]
     borders = [k - before for before, k in enumerate(apart)]
     form = _find_form([line for k, line in enumerate(lines) if k not in apart], borders)
     head = form.head
     for k in apart:
         head += k <= head
+    if form.surplus:
+        raise ValueError(
+            f'the line above the numbers has more names than their {len(form.names)} columns, up to "{form.surplus}": '
+            "which name is of which column does not show; write one name a column"
+        )
     return form._replace(head=head)
 
 
@@ -148,6 +160,7 @@ def _form_by(lines: Sequence[str], start: int, separator: str, borders: Sequence
         top -= 1  # names that are numbers, above their units
     head, block = first, rows[top:first]
     block = [row for row in _without_comments(block, lines[top:first]) if not _is_drawn(row)]
+    block = without_levels(block, _are_units) if block else block
     named = _names_and_units(block, layout) if block else names_above(lines[:first], separator, columns)
     nameless = [f"{NAMELESS}{k}" for k in range(1, columns + 1)]
     if named is not None and not named.names:
@@ -158,10 +171,13 @@ def _form_by(lines: Sequence[str], start: int, separator: str, borders: Sequence
         if first > start or all(is_number(cell) for cell in rows[first] if cell) or len(rows) < first + 2:
             return None
         head, named = first + 1, Named(rows[first], [])  # numbers among the names of the columns
+    surplus = next((one for one in named.names[columns:] if one and not _COMMENT.fullmatch(one)), "")
     names = [*named.names[:columns], *[""] * (columns - len(named.names))]
+    if not names[0] and any(names) and len(rows) > head and rows[head][0]:
+        names[0] = nameless[0]  # an index that pandas or R wrote
     units = tuple(bare_unit(cell) for cell in named.units)
     decimal = "," if _has_decimal_comma(rows[head:], separator) else "."
-    return Form(tuple(names), units, head, separator, decimal)
+    return Form(tuple(names), units, head, separator, decimal, surplus)
 
 
 def _lay_out(lines: Sequence[str], start: int, separator: str) -> _Layout | None:
@@ -197,7 +213,10 @@ def _as_names(line: str, separator: str, columns: int) -> list[str] | None:
     """Return a line above the numbers as names, without the mark of a comment; None: it has none, or not so many."""
     if separator == BLANKS:
         return spaced_names(line, columns)
-    cells = cells_of(without_mark(line), separator) if not line.startswith(separator) else []
+    text = without_mark(line)
+    cells = cells_of(text, separator) if not line.startswith(separator) else []
+    if len(cells) > columns:
+        cells = joined_brackets(cells, separator, text)
     return cells if len(cells) == columns else None
 
 

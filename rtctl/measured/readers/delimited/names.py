@@ -53,6 +53,22 @@ def cells_of(line: str, separator: str) -> list[str]:
     return [cell.strip() for cell in row]
 
 
+def joined_brackets(cells: Sequence[str], separator: str, line: str) -> list[str]:
+    """Return the cells of a line with those joined that a separator within brackets divides: `t (ms, UTC+1)`."""
+    found: list[str] = []
+    for cell in cells:
+        if found and _is_open(found[-1]):
+            spaced = f"{found[-1]}{separator} {cell}"
+            found[-1] = spaced if spaced in line else f"{found[-1]}{separator}{cell}"
+        else:
+            found.append(cell)
+    return found
+
+
+def _is_open(cell: str) -> bool:
+    return any(cell.count(left) > cell.count(right) for left, right in ("()", "[]"))
+
+
 def is_number(text: str) -> bool:
     """Return whether a cell holds a number, with decimal point or comma."""
     return _NUMBER.fullmatch(text) is not None
@@ -165,7 +181,8 @@ def _one_a_line(lines: Sequence[str], columns: int) -> _OneALine | None:
 def _split(text: str, separator: str, columns: int) -> list[str] | None:
     own = [separator] if separator != BLANKS else []  # between blanks, `a, b` is not `a,` and `b`
     for one in (*own, *SEPARATORS, "|"):
-        names = _without_numbers(cells_of(text.strip().rstrip(one), one))
+        cells = cells_of(text.strip().rstrip(one), one)
+        names = _without_numbers(joined_brackets(cells, one, text) if len(cells) > columns else cells)
         if len(names) == columns and not any(_is_no_name(name) for name in names):
             return names
     spaced = spaced_names(text, columns)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from rtctl.measured.readers.delimited.field_rows import check_no_field_rows
 from rtctl.measured.readers.delimited.form import Form, find_form
 from rtctl.measured.readers.delimited.names import BLANKS, SEPARATORS, cells_of, is_number
 from rtctl.measured.readers.delimited.text import BLOCK_BYTES, Text
@@ -20,6 +21,7 @@ def find_opening(text: Text) -> tuple[list[NumberedLine], Form]:
     """Return the opening lines of a file and its form, as they show it. Raises ValueError in words."""
     first: tuple[list[NumberedLine], Form] | None = None
     wrong: ValueError | None = None
+    check_no_field_rows([line.text for line in text.opening(1)])
     for size in OPENING_LINES:
         opening = text.opening(size)
         try:
