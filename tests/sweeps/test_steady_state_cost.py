@@ -1,4 +1,4 @@
-"""What a steady state costs: few periods a row, also with badly scaled states; and the rows by which a sweep is screened."""
+"""What a steady state costs: few periods a row, in any units; and the rows by which a sweep is screened."""
 
 from __future__ import annotations
 

@@ -220,21 +220,30 @@ def close_orbit(march: Any, begin: Any, state: Any, nodes: Any, h: float, lanes:
     return True
 
 
-# 8 parameters because a kernel takes its arrays one by one
+# 9 parameters because a kernel takes its arrays one by one
 def shoot(  # noqa: PLR0913
-    march: Any, states: Any, p: Any, nodes: Any, h: float, settling: int, attempts: int, out_z: Any
+    march: Any,
+    states: Any,
+    guesses: Any,
+    p: Any,
+    nodes: Any,
+    h: float,
+    settling: int,
+    attempts: int,
+    out_z: Any,
 ) -> float:
     """Put the orbit on which each lane settles in place of its state, and the displacement over it in `out_z`.
 
     Return the periods that were integrated, of all lanes together.
 
     A motion that does not repeat with the drive is what it is after the last attempt; one that runs away is not finite.
-    A lane that begins near the first one and finds no orbit from there tries that of the first one before it follows
-    the motion in time: the lanes by which a slope is found are such neighbours.
+    A lane that finds no orbit from its state tries, before it follows the motion in time, that of the first lane if
+    both begin near each other, as the lanes by which a slope is found do, and then its guess.
 
     Args:
         march: integrator of the equation.
         states: (lanes, states) from which the motions settle.
+        guesses: (lanes, states) near which their orbits may be; NaN: not known.
         p: coefficients (rows, lanes) of the equation.
         nodes: drive (steps, 3) over one period.
         h: step [s].
@@ -268,6 +277,8 @@ def shoot(  # noqa: PLR0913
             beside = attempt == 0 and first_closed and near(states[lane], first_began, rate)
             closed = close_orbit(march, states[lane], states[lane], nodes, h, apart)
             closed = closed or (beside and close_orbit(march, states[0], states[lane], nodes, h, apart))
+            if not closed and attempt == 0 and math.isfinite(guesses[lane, 0]):
+                closed = close_orbit(march, guesses[lane], states[lane], nodes, h, apart)
             if closed:
                 first_closed = first_closed or lane == 0
                 break
@@ -320,7 +331,7 @@ def shooting() -> Any:
     if not isinstance(compiled, numba.core.dispatcher.Dispatcher):  # NUMBA_DISABLE_JIT=1
         return compiled
     shape = (
-        types.FunctionType(_MARCH), _TABLE, _TABLE, _TABLE, _NUMBER, types.int64, types.int64, _TABLE,
+        types.FunctionType(_MARCH), _TABLE, _TABLE, _TABLE, _TABLE, _NUMBER, types.int64, types.int64, _TABLE,
     )  # fmt: skip
     compiled.compile(shape)
     return compiled.get_overload(shape)

@@ -161,10 +161,11 @@ class _Course(NamedTuple):
 
     def row(self, k: int, states: FloatArray, drive: PeriodicDrive, settling: int) -> ComplexArray:
         """Return the complex amplitudes (lanes,) of row `k`, and move `states` (lanes, states) to its motions."""
-        found = self._settle(states, drive, settling)
         if self.guide is None or 2 * k + 1 >= len(self.guide) or self.equation.is_linear:
-            return found
+            return self._settle(states, drive, settling)
         wanted = complex(self.guide[2 * k], self.guide[2 * k + 1])
+        begin = self._beside(states, wanted, drive.frequency_hz)
+        found = self._settle(states, drive, settling, guesses=begin)
         far = np.flatnonzero(~(np.abs(found - wanted) <= OTHER_BRANCH * abs(wanted)))
         if len(far):
             self._look_beside(_Found(found, states), wanted, far, drive, settling)
@@ -178,8 +179,7 @@ class _Course(NamedTuple):
         The first one tells for its neighbours, such as the lanes by which a slope is found, whether there is: by
         themselves some of them would take it and others not, and their difference would be no slope.
         """
-        s = 2j * np.pi * drive.frequency_hz
-        begin = _beside(now.states, wanted / s**self.derivatives, drive.frequency_hz)
+        begin = self._beside(now.states, wanted, drive.frequency_hz)
         first, others = far[:1], far[1:]
         before = now.amplitudes[far]
         alike = np.abs(before[1:] - before[0]) <= NEIGHBOUR * abs(before[0])
@@ -208,18 +208,30 @@ class _Course(NamedTuple):
         now.amplitudes[lanes[nearer]], now.states[lanes[nearer]] = other[nearer], settled[nearer]
         return bool(nearer.any())
 
+    def _beside(self, states: FloatArray, wanted: complex, frequency_hz: float) -> FloatArray:
+        """Return states (lanes, states) with the displacement and velocity of a response's complex amplitude."""
+        amplitude = wanted / (2j * np.pi * frequency_hz) ** self.derivatives
+        begin = np.nan_to_num(states)
+        begin[:, 0] = amplitude.real
+        begin[:, 1] = -2.0 * np.pi * frequency_hz * amplitude.imag
+        return begin
+
     def _settle(
-        self, states: FloatArray, drive: PeriodicDrive, settling: int, which: NDArray[np.int64] | None = None
-    ) -> ComplexArray:
+        self, states: FloatArray, drive: PeriodicDrive, settling: int,
+        which: NDArray[np.int64] | None = None, guesses: FloatArray | None = None,
+    ) -> ComplexArray:  # fmt: skip
         """Move `states` (lanes, states) of `which` lanes, None: all, to their orbits; return their amplitudes."""
         steps, lanes = len(drive.course) // 2, len(states)
         displacement = np.empty((steps, lanes))
         march = _of_motion_alone(self.equation.prepared(drive.step_s))
         attempts = ATTEMPTS if self.guide is None else GUIDED_ATTEMPTS
+        guesses = np.full_like(states, np.nan) if guesses is None else guesses
         rows, own = self.equation.rows, self.own
         if which is not None:
             rows, own = np.ascontiguousarray(rows[:, which]), [own[lane] for lane in which]
-        periods = shooting()(march, states, rows, drive.nodes, drive.step_s, settling, attempts, displacement)
+        periods = shooting()(
+            march, states, guesses, rows, drive.nodes, drive.step_s, settling, attempts, displacement
+        )
         count_work(periods * steps * self.equation.step_cost)
         return readings_of(displacement, drive, self.derivatives, own)
 
@@ -239,14 +251,6 @@ def motion_alone(  # noqa: PLR0913
 def _of_motion_alone(whole: Any) -> Any:
     """Return an integrator without the parameters for accelerations."""
     return as_argument(bind(motion_alone, integrator=whole))
-
-
-def _beside(states: FloatArray, amplitude: complex, frequency_hz: float) -> FloatArray:
-    """Return states (lanes, states) with the displacement and velocity of a complex amplitude."""
-    begin = np.nan_to_num(states)
-    begin[:, 0] = amplitude.real
-    begin[:, 1] = -2.0 * np.pi * frequency_hz * amplitude.imag
-    return begin
 
 
 def _rest(equation: Equation, lanes: int) -> FloatArray:

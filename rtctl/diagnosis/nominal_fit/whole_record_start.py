@@ -18,11 +18,14 @@ def fit_from_starts(problem: Problem, simulation: Simulation, mechanisms: Sequen
     """Return the best fit of whole records, from the model's own values or those of short segments.
 
     A jump between motions makes many minima: where the lowest is far off from every start, more segments are tried,
-    and a constant of the reading that may hide the motion.
+    and a constant of the reading that may hide the motion. Of long sweeps chosen rows are fitted before all.
 
     Returns:
         None where the model diverges from every start.
     """
+    if problem.subject.is_steady and problem.glance.samples < problem.samples:
+        first = fit_from_starts(problem.glance, simulation, mechanisms)
+        return None if first is None else fit_hypothesis(problem, first.simulation, mechanisms)
     limits = problem.thresholds.nominal_fit
     starts = (
         simulation,
