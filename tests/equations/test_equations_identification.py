@@ -217,8 +217,9 @@ def test_bounds_hold_and_are_kept(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_fit_that_gets_stuck_goes_on_from_other_starts(tmp_path: Path) -> None:
-    """A resonance that starts half an octave off: free runs out of step have many minima."""
+@pytest.mark.parametrize("factor", [0.2, 0.5, 2.5])
+def test_a_resonance_is_found_from_far_off(factor: float, tmp_path: Path) -> None:
+    """Up to more than an octave: free runs out of step have many minima, and a fit of the first periods has few."""
     text = (EXAMPLES / "oscillator.toml").read_text(encoding="utf-8").replace("6.0e5", "0.0").replace(
         "value = 0.0,    unit", "value = 0.0, fixed = true, unit"
     )  # fmt: skip
@@ -227,10 +228,9 @@ def test_a_fit_that_gets_stuck_goes_on_from_other_starts(tmp_path: Path) -> None
     data = dataset_of(
         tmp_path / "data", truth, {"drive": "V", "displacement": "mm"}, inputs, 4e-3, noise=0.01
     )
-    start = written(tmp_path, changed(text, {"stiffness": 0.5, "damping": 0.5}), "start.toml")
+    start = written(tmp_path, changed(text, {"stiffness": factor, "damping": 0.5}), "start.toml")
     fit = rtctl.identify(data, model=start)
     assert fit.trusted
-    assert "from another start" in fit.method
     assert fit.parameters["stiffness"].value == pytest.approx(8882.6, rel=1e-3)
 
 
