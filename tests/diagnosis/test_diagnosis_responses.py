@@ -27,8 +27,9 @@ def write(
     offset: float = 0.0,
     *,
     after_jump: bool = False,
+    zeroed_anew: bool = False,
 ) -> Path:
-    """Three records at rest, the last one a test; `offset` over the first response's RMS. The manifest's path."""
+    """Three records at rest, the last one a test; `offset` over the first response's RMS, or over each."""
     unit, factor = UNITS[response]
     text = '[dataset]\nname = "bench"\nplant = "oscillator"\n'
     text += f'[signals.drive]\nrole = "input"\nunit = "V"\nhold = "{hold}"\n'
@@ -48,7 +49,7 @@ def write(
         )
         reading = factor * run.outputs[response][0]
         noise = np.random.default_rng(seed + 100).standard_normal(len(drive))
-        size = reading.std() if seed == 1 else size
+        size = reading.std() if seed == 1 or zeroed_anew else size
         reading = reading + NOISE * reading.std() * noise + offset * size
         np.savetxt(
             folder / f"r{seed}.csv", np.column_stack((drive, reading)), delimiter=",", header="drive,reading",
@@ -133,6 +134,17 @@ def test_an_accelerometer_that_reads_gravity_too_has_an_offset_in_its_own_unit(t
         )
         == 0
     )
+
+
+def test_a_zero_of_its_own_in_each_record_is_told_and_is_no_noise(tmp_path: Path) -> None:
+    """Slow noise holds the constants of the fitted records; "nothing is wrong" was said of it, at 8 times the noise."""
+    manifest = write(tmp_path, device(), "acceleration", "linear", offset=0.4, zeroed_anew=True)
+    model = tmp_path / "model.toml"
+    assert main(["identify", str(manifest), "--out", str(model), "--quiet", "--no-plot"]) == 0
+    found = json_of(manifest, model, "sensor.offset,sensor.lag,drive.offset")
+    assert found["verdict"] != "adequate"
+    (said,) = [one for one in found["warnings"] if "take each record's own zero off its readings" in one]
+    assert "r3: reads +6" in said
 
 
 def test_a_dataset_without_any_response_is_refused_with_what_is_needed(

@@ -7,6 +7,7 @@ segments, each from its own initial state, the model follows all the same.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -45,6 +46,15 @@ LOUDER = (
     "on the test records {:.3g} {} are left, {:.3g} times the noise of the fitted ones: their readings are noisier, "
     "for what is left cannot be predicted from its past (an instrument's noise often grows with its range)"
 )
+
+
+OFFSET = (
+    "on the test records {:.3g} {} are left, {:.3g} times the noise, and most of it is a constant of each record ({}): "
+    "a sensor whose zero is another one in each record, by drift or because it is zeroed anew, is in no model; take "
+    "each record's own zero off its readings"
+)
+CONSTANT = 0.5
+"""Share of the squares of an error that its mean has, from which on it is a constant."""
 
 
 class HoldoutFinding(NamedTuple):
@@ -87,6 +97,9 @@ def explain_holdout_residual(
     if alone is not None and (count := count_unpredictable(there, alone)):
         return HoldoutFinding(UNPREDICTABLE.format(*values, count, len(tests)), False)
     if noise is not None and alone is not None and _is_louder_noise(alone, there, error.output, noise):
+        constants = _describe_constants(_free_run_errors(alone, there, error.output), there, error)
+        if constants:
+            return HoldoutFinding(OFFSET.format(*values, constants), True)
         return HoldoutFinding(LOUDER.format(*values), False)
     joint = _fit_jointly(problem, tests, hypothesis)
     if joint is not None:
@@ -110,6 +123,15 @@ def _is_louder_noise(alone: Hypothesis, tests: Problem, output: str, noise: Nois
         return False
     again = fit_noise(white)
     return again.variance > tests.thresholds.verification.unpredictable_share * again.mean_square
+
+
+def _describe_constants(errors: Sequence[FloatArray], tests: Problem, error: Gain) -> str:
+    """Return the mean of each record by its name where it is most of every record's error; "" where it is not."""
+    means = [float(one.mean()) for one in errors]
+    if not all(mean**2 > CONSTANT * np.mean(one**2) for mean, one in zip(means, errors, strict=True)):
+        return ""
+    told = zip(tests.records, means, strict=True)
+    return ", ".join(f"{record.name}: reads {-mean:+.3g} {error.unit}" for record, mean in told)
 
 
 def _moved_to(problem: Problem, hypothesis: Hypothesis) -> Hypothesis | None:
