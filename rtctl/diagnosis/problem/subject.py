@@ -7,6 +7,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+
 from rtctl.border.arrays import FloatArray
 from rtctl.border.mechanisms import Scales
 from rtctl.border.simulation import Simulation
@@ -243,6 +246,8 @@ class Subject:
     """Parameters that round a signal, by signal."""
     is_steady: bool = False
     """Whether it is diagnosed by sweeps of frequencies, whose rows are steady states."""
+    tells_nothing: Callable[[FittedModel, FittedRecords, int], NDArray[np.bool_]] | None = None
+    """Return the samples (n,) of a record that any small change of the model moves far, so that they tell of none."""
     reads_initial_states: bool = True
     """Whether the state at any sample can be read from what was measured; otherwise records are never cut into pieces,
     each from its own initial state."""

@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rtctl.border.arrays import ComplexArray, FloatArray
 from rtctl.border.simulation import HasCatalogue, Simulation
@@ -25,6 +26,8 @@ FARTHEST = 10.0
 """Slope of the response over the response per drive beyond which a row is at a fold, and tells nothing of a force."""
 SCREENED_SAMPLES = 800
 """Samples, two a row, of all sweeps together by which a hypothesis is screened."""
+SETTLED = 1e-6
+"""Difference of a settled response from itself, simulated again from there, relative to it."""
 ANGLES = 2.0 * np.pi * np.arange(64) / 64
 FORCES: tuple[tuple[str, str, Callable[[FloatArray, FloatArray], FloatArray]], ...] = (
     ("z^3", "amplitude", lambda z, v: z**3),
@@ -46,8 +49,39 @@ LINEAR = ("z along the sweep", "v along the sweep", "u along the sweep")
 UNJUDGED = "no sweep of frequencies shows these causes, and the diagnosis did not judge them (records in time do): {}"
 
 
+def is_at_fold(hypothesis: FittedModel, problem: FittedRecords, index: int) -> NDArray[np.bool_]:
+    """Return the samples of a sweep whose rows are at a fold of the response, where any small change moves it much.
+
+    So are rows that have not settled, beyond the fold: simulated again from there, they are elsewhere.
+    """
+    record, output = problem.records[index], hypothesis.sensitivity.outputs[0]
+    response, _, slope, per_drive = _responses(hypothesis, problem, index)
+    moves = np.abs(slope) >= FARTHEST * np.abs(per_drive)
+    if (guide := record.stimulus.guide.get(output)) is not None:
+        there = paired(guide)
+        moves |= ~(np.abs(response - there) <= SETTLED * np.abs(there))
+    return np.repeat(moves, 2)[record.first :]
+
+
 def steady_force_sensitivities(hypothesis: FittedModel, problem: FittedRecords, index: int) -> FloatArray:
     """Return what each force and background does to a sweep, (forces, 1, n), each about as strong as the drive."""
+    record, output = problem.records[index], hypothesis.sensitivity.outputs[0]
+    response, drive, slope, per_drive = _responses(hypothesis, problem, index)
+    rate = 2.0 * np.pi * record.stimulus.inputs[FREQUENCY][::2]
+    slope = np.where(np.abs(slope) < FARTHEST * np.abs(per_drive), slope, 0.0)
+    z = response / (1j * rate) ** derivative_order(output)
+    pushes = _pushes(z, rate, problem)
+    moved = [slope * push.real + 1j * per_drive * push.imag for push in pushes]
+    along = np.linspace(-1.0, 1.0, len(z))
+    size = problem.size(output) * drive / (problem.scales.drive or 1.0)
+    moved += [np.asarray(turn * one, np.complex128) for one in (size, size * along) for turn in (1.0, 1j)]
+    return np.array([_interleaved(one)[None, record.first :] for one in moved])
+
+
+def _responses(
+    hypothesis: FittedModel, problem: FittedRecords, index: int
+) -> tuple[ComplexArray, FloatArray, ComplexArray, ComplexArray]:
+    """Return response, drive, the response's slope along the drive, and response per drive, of each row (rows,)."""
     record = problem.records[index]
     inputs = record.stimulus.inputs
     output = hypothesis.sensitivity.outputs[0]
@@ -57,17 +91,8 @@ def steady_force_sensitivities(hypothesis: FittedModel, problem: FittedRecords, 
         paired(hypothesis.simulation.predict(one, values, None, steps).outputs[output][0])
         for one in (record.stimulus, larger)
     ]
-    drive, rate = inputs["drive"][::2], 2.0 * np.pi * inputs[FREQUENCY][::2]
-    per_drive = runs[0] / drive
-    slope = (runs[1] - runs[0]) / (LARGER * drive)
-    slope = np.where(np.abs(slope) < FARTHEST * np.abs(per_drive), slope, 0.0)
-    z = runs[0] / (1j * rate) ** derivative_order(output)
-    pushes = _pushes(z, rate, problem)
-    moved = [slope * push.real + 1j * per_drive * push.imag for push in pushes]
-    along = np.linspace(-1.0, 1.0, len(z))
-    size = problem.size(output) * drive / (problem.scales.drive or 1.0)
-    moved += [np.asarray(turn * one, np.complex128) for one in (size, size * along) for turn in (1.0, 1j)]
-    return np.array([_interleaved(one)[None, record.first :] for one in moved])
+    drive = inputs["drive"][::2]
+    return runs[0], drive, (runs[1] - runs[0]) / (LARGER * drive), runs[0] / drive
 
 
 def _pushes(z: ComplexArray, rate: FloatArray, problem: FittedRecords) -> list[ComplexArray]:
@@ -102,6 +127,7 @@ def by_steady_state(subject: Subject) -> Subject:
         subject,
         is_steady=True,
         screening_samples=SCREENED_SAMPLES,
+        tells_nothing=is_at_fold,
         clippable_outputs=(),
         spike_outputs=(),
         forces=(

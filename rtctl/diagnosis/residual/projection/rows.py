@@ -8,10 +8,11 @@ of one record.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.work import count_work
@@ -48,6 +49,17 @@ class RecordRows:
     """(k, outputs, n) directions in which the model may be wrong."""
     period_s: float = 0.0
     """Sample period [s], at which the noise has a colour of its own; 0 where all records are sampled alike."""
+
+    def without(self, samples: NDArray[np.bool_]) -> RecordRows:
+        """Return the same rows with zeros where `samples` (n,) are true: these tell nothing."""
+        kept = ~samples
+        return replace(
+            self,
+            residual=self.residual * kept,
+            shared=self.shared * kept,
+            local=self.local * kept,
+            directions=self.directions * kept,
+        )
 
     def whitened(self, noise: Sequence[NoiseModel]) -> tuple[FloatArray, FloatArray]:
         """Return the whitened rows without what the own parameters follow, and a basis of the latter.

@@ -69,10 +69,13 @@ def analyse_residual(
     named = catalogue_directions(hypothesis.simulation, others, problem, residuals)
     directions = [*named, *force_directions(problem)]
     near = _guided_by_model(problem, hypothesis, residuals)
+    tells_nothing = problem.subject.tells_nothing
     slopes = _named_slopes(hypothesis, near, named)
     for k, of_record in enumerate(slopes):
         of_record.append(problem.subject.force_sensitivities(hypothesis, near, k))
     rows = [_rows_of(hypothesis, problem, slopes[k], k, record) for k, record in enumerate(linearised)]
+    if tells_nothing is not None:
+        rows = [one.without(tells_nothing(hypothesis, near, k)) for k, one in enumerate(rows)]
     directions += memory_directions(len(rows[0].directions) - len(directions))
     thresholds = problem.thresholds.residual
     if noise is None:
