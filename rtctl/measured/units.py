@@ -48,8 +48,9 @@ def same_count(one: str, other: str) -> bool:
 def is_clock(text: str) -> bool:
     """Return whether a text is the rate of a clock, `60 MHz`, whose ticks a column may count."""
     number = QUANTITY.match(text.strip())
-    is_rate = number is not None and is_unit(number[2]) and bool(number[2])
-    return is_rate and parsed_unit(number[2]).dimensionality == parsed_unit("Hz").dimensionality  # type: ignore[index]
+    if number is None or not number[2] or not is_unit(number[2]):
+        return False
+    return bool(parsed_unit(number[2]).dimensionality == parsed_unit("Hz").dimensionality)
 
 
 def is_unit(unit: Any) -> bool:

@@ -174,7 +174,8 @@ def _draw_spectrum(axes: Axes, dataset: Dataset, name: str, summary: Summary) ->
     line_hz = {one.name: one.strongest_hz for one in summary.signals}[name]
     if line_hz is not None:
         axes.axvline(line_hz, color=RAIL, linewidth=1.0, zorder=0.5)
-        also = "" if name in dataset.holds else ", where the drive counts too"
+        drives = any(np.ptp(one.signals[source]) for one in dataset.records for source in dataset.holds)
+        also = ", where the drive counts too" if drives and name not in dataset.holds else ""
         axes.set_title(f"largest at {line_hz:.4g} Hz{also}", loc="right", fontsize=9.0)
 
 

@@ -168,6 +168,11 @@ class PlantKind:
         """Return what is known of a signal with this `role` in a manifest; None: there is no such signal."""
         return SignalKind(role=role) if self.free_signals else self.signals.get(name)
 
+    @property
+    def may_be_released(self) -> bool:
+        """Return whether its motion may be measured while nothing drives it, without a column of its input."""
+        return bool(self.responses)
+
     def without_stand_ins(self) -> PlantKind:
         """Return the kind of plant without the signals that stand for another one."""
         return replace(self, signals={name: one for name, one in self.signals.items() if not one.stands_for})

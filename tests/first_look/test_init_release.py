@@ -83,3 +83,16 @@ def test_a_motion_that_goes_on_without_a_drive_is_asked_about(tmp_path: Path) ->
     assert "constant = 0.0  # you said so" in rtctl.init(path, inputs="-", plot=False).path.read_text(
         encoding="utf-8"
     )
+
+
+def test_a_column_beside_a_release_is_told_as_not_used(tmp_path: Path) -> None:
+    path = write_text(tmp_path / "r.csv", "t [s],force [N],x [mm]\n", M.t, M.u, M.x)
+    text = rtctl.init(path, inputs="-", plot=False).path.read_text(encoding="utf-8")
+    assert '# Not used: column "force [N]": you said so: nothing drives' in text
+
+
+def test_an_actuator_that_is_heated_has_a_current(tmp_path: Path) -> None:
+    """Its column was left out for a current of 0 mA."""
+    path = write_text(tmp_path / "v.csv", "t [s],I [mA],R [ohm]\n", M.t, 5.0 + M.u, 2e4 - 1e3 * M.x)
+    with pytest.raises(InputError, match=r'signal "current" is missing.*and its unit in mA\n'):
+        rtctl.init(path, plant="vo2", inputs="-", plot=False)

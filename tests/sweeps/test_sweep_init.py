@@ -88,6 +88,7 @@ def test_the_level_of_each_sweep_stands_in_its_name_or_its_words(
     ("name", "line"),
     [
         ("sample_2A.csv", ""),
+        ("dev_bias_5V_sweep.csv", ""),
         ("sweep_20mV_50mV.csv", ""),
         ("sweep_20mV.csv", "# drive 50 mV pk\n"),
         ("sweep.csv", "# drive gain 20 mV, sensitivity of the output 50 mV\n"),
@@ -101,7 +102,7 @@ def test_a_level_that_nobody_states_clearly_is_not_guessed(name: str, line: str,
 
 def test_what_is_no_amplitude_is_refused(tmp_path: Path) -> None:
     path = write(tmp_path / "run.csv", "f [Hz],x [um],y [um]", UP, Z.real, Z.imag)
-    for wrong in ("20", "0 mV", "mV", "-3 V", "20 dB"):
+    for wrong in ("20", "0 mV", "mV", "-3 V", "20 dB", "5 Hz", "3 s"):
         with pytest.raises(InputError, match="is no amplitude"):
             rtctl.init(path, drive_amplitude=wrong)
 

@@ -130,22 +130,65 @@ def near(state: Any, other: Any, rate: float) -> bool:
 
 
 class Lanes(NamedTuple):
-    """Arrays of the motions by which one orbit is found: one a state more than the states."""
+    """Arrays of motions that are followed together: by which one orbit is found, one a state more than the states."""
 
     coefficients: Any
-    """Coefficients (rows, states + 1) of the equation, the same in each lane."""
+    """Coefficients (rows, lanes) of the equation, the same in each lane."""
     z: Any
-    """Displacement (states + 1,)."""
+    """Displacement (lanes,)."""
     v: Any
-    """Velocity (states + 1,)."""
+    """Velocity (lanes,)."""
     own: Any
-    """States of the mechanisms (states - 2, states + 1)."""
+    """States of the mechanisms (states - 2, lanes)."""
     out_z: Any
-    """Displacement (steps + 1, states + 1) over the period."""
+    """Displacement (instants, lanes) over the period."""
     out_v: Any
-    """Velocity (steps + 1, states + 1) over the period."""
+    """Velocity (instants, lanes) over the period."""
     marched: Any
     """Periods (1,) that have been integrated, of all lanes together."""
+
+
+@called_kernel
+def lanes_for(states: int, lanes: int, rows: int, instants: int) -> Any:
+    """Return arrays for `lanes` motions with `rows` coefficients, of which `instants` are kept."""
+    return Lanes(
+        np.empty((rows, lanes)),
+        np.empty(lanes),
+        np.empty(lanes),
+        np.empty((states - 2, lanes)),
+        np.empty((instants, lanes)),
+        np.empty((instants, lanes)),
+        np.zeros(1),
+    )
+
+
+@called_kernel
+def set_coefficients(coefficients: Any, p: Any, lane: int) -> None:
+    """Set all lanes to the coefficients `p` (rows, lanes) of one lane."""
+    for k in range(p.shape[0]):
+        for j in range(coefficients.shape[1]):
+            coefficients[k, j] = p[k, lane]
+
+
+@called_kernel
+def follow(march: Any, state: Any, nodes: Any, h: float, periods: int, alone: Any) -> None:
+    """Move `state` (states,) on by periods of the drive."""
+    fill(state, alone.z, alone.v, alone.own)
+    for _ in range(periods):
+        march(
+            alone.z,
+            alone.v,
+            alone.own,
+            nodes,
+            h,
+            nodes.shape[0],
+            alone.coefficients,
+            alone.out_z,
+            alone.out_v,
+        )
+    alone.marched[0] += periods
+    for s in range(state.shape[0]):
+        state[s] = value(alone.z, alone.v, alone.own, s, 0)
 
 
 @called_kernel
@@ -251,25 +294,13 @@ def shoot(  # noqa: PLR0913
         attempts: times that a motion is followed before it is taken as it is.
         out_z: displacement (steps, lanes), out.
     """
-    lanes, n = states.shape
-    steps = nodes.shape[0]
-    z, v, own = np.empty(n + 1), np.empty(n + 1), np.empty((n - 2, n + 1))
-    all_z, all_v = np.empty((steps + 1, n + 1)), np.empty((steps + 1, n + 1))
-    z1, v1, own1, end_z, end_v = (
-        np.empty(1),
-        np.empty(1),
-        np.empty((n - 2, 1)),
-        np.empty((2, 1)),
-        np.empty((2, 1)),
-    )
-    q, q1, rate = np.empty((p.shape[0], n + 1)), np.empty((p.shape[0], 1)), 2.0 * math.pi / (h * steps)
-    apart = Lanes(q, z, v, own, all_z, all_v, np.zeros(1))
+    lanes, n, steps = states.shape[0], states.shape[1], nodes.shape[0]
+    rate = 2.0 * math.pi / (h * steps)
+    apart, alone = lanes_for(n, n + 1, p.shape[0], steps + 1), lanes_for(n, 1, p.shape[0], 2)
     first_began, first_closed = states[0].copy(), False
     for lane in range(lanes):
-        for k in range(p.shape[0]):
-            q1[k, 0] = p[k, lane]
-            for j in range(n + 1):
-                q[k, j] = p[k, lane]
+        set_coefficients(apart.coefficients, p, lane)
+        set_coefficients(alone.coefficients, p, lane)
         closed = False
         for attempt in range(attempts):
             if not math.isfinite(states[lane, 0]):
@@ -282,19 +313,14 @@ def shoot(  # noqa: PLR0913
             if closed:
                 first_closed = first_closed or lane == 0
                 break
-            fill(states[lane], z1, v1, own1)
-            for _ in range(settling):
-                march(z1, v1, own1, nodes, h, steps, q1, end_z, end_v)
-            apart.marched[0] += settling
-            for s in range(n):
-                states[lane, s] = value(z1, v1, own1, s, 0)
+            follow(march, states[lane], nodes, h, settling, alone)
         if not closed:
-            fill(states[lane], z, v, own)
-            march(z, v, own, nodes, h, 1, q, all_z, all_v)
+            fill(states[lane], apart.z, apart.v, apart.own)
+            march(apart.z, apart.v, apart.own, nodes, h, 1, apart.coefficients, apart.out_z, apart.out_v)
             apart.marched[0] += n + 1
         for i in range(steps):
-            out_z[i, lane] = all_z[i, 0]
-    return float(apart.marched[0])
+            out_z[i, lane] = apart.out_z[i, 0]
+    return float(apart.marched[0] + alone.marched[0])
 
 
 _LINE, _TABLE, _NUMBER = types.float64[::1], types.float64[:, ::1], types.float64

@@ -15,8 +15,8 @@ from rtctl.identification.sweep_record import shorten
 
 FEWER = (
     "the records to fit hold {} samples, more than the {} that a diagnosis gets through in time: of {} records {} "
-    'samples were used, the first ones of each; mark other records as use = "test", or cut them with rows, to choose '
-    "which"
+    "samples were used, the first ones of each (of a sweep rows from the whole of it); mark other records as use = "
+    '"test", or cut them with rows, to choose which'
 )
 UNRESOLVED = "{}: on record {}: {}. Its samples are {:.3g} s apart: is its rate in Hz, its time in seconds?"
 SLOW = (

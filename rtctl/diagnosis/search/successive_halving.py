@@ -27,13 +27,6 @@ Key = tuple[frozenset[str], str]
 """A set, and the form of what was added to it."""
 
 
-FAIR_SHARES = 1.0
-"""Work of a start over an equal share of all sets, after which the first fit of a sweep ends.
-
-The steps in a period of a steady state differ by twenty: two sets with many of them left none for the others.
-"""
-
-
 class Candidate(NamedTuple):
     """Start of a fit."""
 
@@ -117,14 +110,15 @@ def _fit_starts(
     """Fit every start a few iterations; `whole`: the parents were fitted to the same records."""
     fits: dict[Key, list[Hypothesis]] = {}
     parent_costs: dict[int, float] = {}
-    whole_problem, sets = problem, len({(frozenset(one.mechanisms), one.form) for one in candidates})
-    fair = FAIR_SHARES * budget.left / max(sets, 1)
+    fair = budget.left / max(len({(frozenset(one.mechanisms), one.form) for one in candidates}), 1)
     for candidate in candidates:
         if budget.spent:
             break
-        if whole_problem.subject.is_steady:
-            problem = whole_problem.until(budget.further(fair))
         report(" + ".join(candidate.mechanisms))
+        if (
+            problem.subject.is_steady
+        ):  # whose steps a period differ by twenty: two sets left no work for the others
+            problem = problem.until(budget.further(fair))
         problem.cancellation.raise_if_cancelled()
         parent = candidate.parent
         if id(parent) not in parent_costs:

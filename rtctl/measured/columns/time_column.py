@@ -37,12 +37,16 @@ _MONTH_NAMES = (
 """Beginnings of the names of months in English, German and French."""
 _PASSED = re.compile(r"\s*(\d+) days? (?=\d{2}:\d{2}:\d{2})")
 """Days in front of hours, as pandas writes what has passed."""
-_MINUTES = re.compile(r"\s*(\d{1,3}):([0-5]\d[.,]\d+)\s*")
+_MINUTES = re.compile(r"\s*(\d{1,3}):([0-5]\d[.,]\d+)\s*$")
 """Minutes and seconds: without a fraction they might be hours and minutes."""
 _DAY_S = 86_400.0
 _MONTHS, _HALF_DAY_H = 12, 12
 _YEAR_DIGITS, _CENTURY = 4, "20"
 _COARSEST_POWER, _FINEST_POWER = 3, -13
+
+
+class UnclearInstantError(ValueError):
+    """A text among dates that is none, or a date that may be several; the message says what to write."""
 
 
 class TimeUnit(NamedTuple):
@@ -252,23 +256,29 @@ def _time_of_day(clock: str) -> tuple[int, int, str]:
     return hours, int(found[2]), re.sub("[,:]", ".", found[3])
 
 
+def _passed_s(words: list[str]) -> FloatArray | None:
+    """Return times that have passed [s]: minutes and seconds, or days and hours; None: the words are others."""
+    form = next((one for one in (_MINUTES, _PASSED) if words and one.match(words[0])), None)
+    found = [form.match(word) for word in words] if form else []
+    if form is None or not all(found):
+        return None
+    if form is _MINUTES:
+        return np.array([60.0 * int(one[1]) + float(one[2].replace(",", ".")) for one in found if one])
+    clocks = [_time_of_day(_PASSED.sub("", word)) for word in words]
+    days = [int(one[1]) for one in found if one]
+    return np.array(
+        [_DAY_S * d + 3600 * h + 60 * m + float(s) for d, (h, m, s) in zip(days, clocks, strict=True)]
+    )
+
+
 def _instants_of_text(texts: NDArray[Any], name: str, first_row: int) -> NDArray[Any]:
     """Return dates (ISO 8601) as datetime64[ns], or times of day as timedelta64[ns]. Raises ValueError in words."""
     words = [str(text.decode("latin-1") if isinstance(text, bytes) else text) for text in texts.reshape(-1)]
-    words = _as_iso([_with_number_of_month(word) for word in words])
-    minutes = [_MINUTES.fullmatch(word) for word in words]
-    if words and all(minutes):
-        passed = [60.0 * int(one[1]) + float(one[2].replace(",", ".")) for one in minutes if one]
-        return np.rint(1e9 * np.array(passed)).astype("timedelta64[ns]")
-    days = [_PASSED.match(word) for word in words]
-    if words and all(days):
-        clock = [_time_of_day(_PASSED.sub("", word)) for word in words]
-        passed = [
-            86400 * int(day[1]) + 3600 * h + 60 * m + float(s)
-            for day, (h, m, s) in zip(days, clock, strict=True)
-            if day
-        ]
-        return np.rint(1e9 * np.array(passed)).astype("timedelta64[ns]")
+    if words and _MONTH.match(words[0]):
+        words = [_with_number_of_month(word) for word in words]
+    words = _as_iso(words)
+    if (passed_s := _passed_s(words)) is not None:
+        return np.rint(1e9 * passed_s).astype("timedelta64[ns]")
     if words and all(_CLOCK.match(word) for word in words):
         clock = [_time_of_day(word) for word in words]
         of_day = np.array([3600 * hours + 60 * minutes + float(rest) for hours, minutes, rest in clock])
@@ -283,12 +293,12 @@ def _instants_of_text(texts: NDArray[Any], name: str, first_row: int) -> NDArray
             continue
     empty = np.asarray([row for row, word in enumerate(words) if not _HAS_CLOCK.search(word)], dtype=np.intp)
     if 0 < len(empty) < len(words):
-        raise ValueError(
+        raise UnclearInstantError(
             f'column "{name}" has no date or time of day in {rows_text(empty + first_row)}, '
             f'"{words[empty[0]].strip()}": write it there, or remove the row'
         )
     if words and all(one is not None and len(one["left"]) < _YEAR_DIGITS for one in map(_DATE.match, words)):
-        raise ValueError(
+        raise UnclearInstantError(
             f'column "{name}" may have the day or the month first, or a year of two digits, in "{words[0].strip()}": '
             "write its dates as 2026-11-21"
         )

@@ -55,7 +55,8 @@ def signal_findings(plant: str, signals: Mapping[str, Any]) -> list[str]:
             ]
         elif not (kind.optional or kind.stands_for or standing):
             unit = f" in {kind.unit}" if kind.unit else ""
-            none = "; where nothing drives, with constant = 0.0" if kind.role == "input" else ""
+            released = kind.role == "input" and plant_kind(plant).may_be_released
+            none = "; where nothing drives, with constant = 0.0" if released else ""
             found.append(
                 f'signal "{name}" is missing: a plant "{plant}" needs its {kind.role}; '
                 f'add [signals.{name}] with role = "{kind.role}" and its unit{unit}{none}'

@@ -254,13 +254,12 @@ def _leftovers(
 ) -> dict[str, str]:
     """Return the columns that could be signals and are none, with the reason."""
     used = {one.column: one.name for one in signals}
-    taken = {one.name: one.column for one in signals}
+    taken = {one.name: f'the {one.name} is column "{one.column}"' for one in signals} | roles.undriven
     found = {}
     for name, candidate in candidates.items():
         if name not in used:
             best = candidate.best(kind.signals)
-            why = f'the {best} is column "{taken[best]}"' if best in taken else NO_SIGNAL
-            found[name] = roles.left_out.get(name, why)
+            found[name] = roles.left_out.get(name, taken.get(best, NO_SIGNAL))
     return found
 
 

@@ -73,7 +73,7 @@ def assign_roles(
     for signal, one in given.items():
         if one.column != NONE:
             roles.chosen[signal] = Choice(one.column, "you said so", certain=True)
-        elif plant.signals[signal].role == "input":
+        elif plant.signals[signal].role == "input" and plant.may_be_released:
             roles.undriven[signal] = "you said so: nothing drives"
     kinds = {signal: kind for signal, kind in plant.signals.items() if signal not in given}
     groups: dict[str, list[Candidate]] = {signal: [] for signal in kinds}

@@ -166,7 +166,7 @@ def _about_signal(proposal: Proposal, name: str, role: str, columns: Mapping[str
     if not free:
         return []
     default = guess.column if guess is not None else "" if needed else NONE
-    may_lack = not required or (role == "input" and not proposal.kind.free_signals)
+    may_lack = not required or (role == "input" and proposal.kind.may_be_released)
     none = " (- for none)" if may_lack else ""
     choices = (*free, NONE) if may_lack and NONE not in free else free
     text = f"Which column is the {name}?{none}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from rtctl.measured.columns.time_column import UnclearInstantError
 from rtctl.measured.proposal.instants.column_time import read_time
 from rtctl.measured.proposal.naming.column_names import WEAK
 from rtctl.measured.proposal.naming.column_units import quantity_of, read_column
@@ -51,10 +52,10 @@ def _why_not(column: Column) -> str:
         return f'the time column "{column.name}" {column.refusal}' if is_called and unclear else ""
     try:
         stamps = read_time(column, None)
-    except ValueError as error:
-        told = str(error)
-        is_clear = "has no date" in told or "may have the day" in told
-        return "" if not is_called else f"the time {told}" if is_clear else _words_in(column)
+    except UnclearInstantError as error:
+        return f"the time {error}" if is_called else ""
+    except ValueError:
+        return _words_in(column) if is_called else ""
     return _back(column.name, np.asarray(stamps.time_s), " s", is_clock=True)
 
 

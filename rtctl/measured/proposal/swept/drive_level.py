@@ -126,6 +126,8 @@ def _in_name(survey: Survey) -> DriveLevel | None:
     stem = Path(survey.path.name).stem
     for name in (survey.group or "", stem):
         words = name.replace("_", " ")
+        if _OTHER_LEVELS.search(words):
+            continue
         shown = [one for one in _QUANTITY.finditer(words) if one["unit"] not in _UNSURE_IN_NAMES]
         found = {level for one in shown if (level := _level(one, IN_NAME))}
         if len(found) == 1:
@@ -140,7 +142,8 @@ def _level(found: re.Match[str], source: str, *, any_quantity: bool = False) -> 
     if amplitude is None or amplitude.is_level or not amplitude.unit or not number > 0.0:
         return None
     unit = unit_of_amplitude(amplitude.unit)
-    if not unit or not (any_quantity or quantity_of(unit) in ("drive", "current")):
+    quantity = quantity_of(unit) if unit else "none"
+    if quantity in ("none", "time") or not (any_quantity or quantity in ("drive", "current")):
         return None
     peak = float(amplitude.peak(np.array([number]))[0])
     return DriveLevel(peak, unit, found[0].strip(" _"), source, amplitude.convention != "")
