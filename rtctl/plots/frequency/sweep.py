@@ -67,7 +67,8 @@ def sweep_figure(
 def sweeps_figure(dataset: Dataset, title: str) -> Figure:
     """Return the figure of all sweeps of a dataset: amplitude and phase, falling ones dashed."""
     (output,) = (name for name in dataset.units if name not in dataset.holds)
-    curves = [_of_record(record, output) for record in dataset.records if record.has(output)]
+    unit = printed_unit(dataset.units["drive"])
+    curves = [_of_record(record, output, unit) for record in dataset.records if record.has(output)]
     with house_style():
         figure = new_figure(11.0, 7.4)
         headline(
@@ -86,10 +87,10 @@ def direction(frequency_hz: FloatArray) -> str:
     return "rising" if frequency_hz[-1] > frequency_hz[0] else "falling"
 
 
-def _of_record(record: Record, output: str) -> Curve:
+def _of_record(record: Record, output: str, drive_unit: str) -> Curve:
     frequency = record.frequencies_hz
     drive = record.signals["drive"]
-    level = f", drive {drive[0]:.4g}" if not np.ptp(drive) else ""
+    level = f", drive {drive[0]:.4g} {drive_unit}" if not np.ptp(drive) else ""
     label = f"{record.name} ({record.use}{level}, {direction(frequency)})"
     line = "-" if frequency[-1] > frequency[0] else "--"
     return Curve(label, frequency, record.complex_amplitudes(output), USES[record.use], line, ".")
