@@ -15,7 +15,7 @@ from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.residual.directions import Direction
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
-from rtctl.diagnosis.search.proposals.regression import Regression, propose_by_regression
+from rtctl.diagnosis.search.proposals.regression import NO_REGRESSIONS, Regression, propose_by_regression
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.regression.weak_form import sample_motion
 from rtctl.identification.scales import estimate_scales
@@ -77,7 +77,7 @@ def test_two_at_once() -> None:
 def test_none_where_the_model_follows_the_motion_or_nothing_is_missing() -> None:
     for model in (device(), device(stiffness=(1.0e4, "1/s^2"))):
         problem, parent = case(model)
-        assert propose_by_regression(parent, problem) == ((), ())
+        assert propose_by_regression(parent, problem) == NO_REGRESSIONS
 
 
 def test_starts_are_the_measured_ones() -> None:

@@ -111,6 +111,17 @@ class SteadySimulation:
         first = np.where(finite.all(axis=1), -1, np.argmin(finite, axis=1)).astype(np.int64)
         return Prediction({self.model.response: found}, first)
 
+    def forces_along(
+        self,
+        extended: SteadySimulation,
+        stimulus: Stimulus,
+        values: FloatArray,
+        displacement: FloatArray,
+        velocity: FloatArray,
+    ) -> FloatArray | None:
+        """See `HasForces.forces_along`: along a course in time, as the sine of a row is one."""
+        return self.model.forces_along(extended.model, stimulus, values, displacement, velocity)
+
     def extended(self, mechanisms: tuple[str, ...]) -> SteadySimulation:
         """See `Simulation.extended`."""
         return replace(self, model=self.model.extended(mechanisms))

@@ -97,7 +97,9 @@ def select_forward(state: SearchState) -> SearchState:
     groups: list[Sequence[Candidate]] = [propose_candidates(parent, state.limits) for parent in parents]
     if size == 1:
         state = replace(state, regressed=propose_by_regression(state.nominal, state.problem))
-        groups = [state.regressed.singles, *groups]
+        judged = state.regressed.judged
+        others = ([one for one in group if judged.isdisjoint(one.mechanisms)] for group in groups)
+        groups = [state.regressed.singles, *others]
     if size == 2:
         groups = [*_propose_two(state, state.nominal), *groups]
     fits = halve_successively(state.problem, interleave(groups), state.settings.report, state.settings.budget)

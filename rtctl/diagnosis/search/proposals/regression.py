@@ -4,10 +4,11 @@ A nominal model that leaves a large part of the motion is elsewhere than the dev
 motion: a cubic spring that stands in for a stop lets the stop's own fit end in a local minimum. Along the measured
 motion each mechanism's force is known for each choice of its shapes, and the weak form of the equation of motion is
 linear in all amplitudes and nominal coefficients (a change of the drive acts by the gain, which is solved for too: its
-amplitude follows from both). Its least squares have one minimum.
+amplitude follows from both). Its least squares have one minimum. In sweeps the fundamental is balanced instead: where a
+response folds, a model that misses the motion ends, and a linear step along it says nothing at all.
 
-Reference: S. F. Masri, T. K. Caughey, J. Appl. Mech. 46 (1979) 433 (restoring forces from measured motion); the weak
-form is that of `rtctl.identification.regression.weak_form`.
+Reference: S. F. Masri, T. K. Caughey, J. Appl. Mech. 46 (1979) 433 (restoring forces from measured motion); the rows
+are those of `rtctl.identification.regression.equation_rows`.
 """
 
 from __future__ import annotations
@@ -37,8 +38,9 @@ from rtctl.diagnosis.residual.projection import solve_least_squares
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 from rtctl.diagnosis.search.proposals.candidates import candidate_at
 from rtctl.diagnosis.search.successive_halving import Candidate
+from rtctl.identification.regression.equation_rows import EquationRows, RowsInTime, RowsOfSweep
 from rtctl.identification.regression.initial_state import estimate_initial_state
-from rtctl.identification.regression.weak_form import TERMS, choose_half_width, sample_motion, weak_gram
+from rtctl.identification.regression.weak_form import TERMS, choose_half_width
 
 ABSURD = 1e100
 """Magnitude above which a force is dropped: its states were unstable at these steps."""
@@ -73,6 +75,11 @@ class Regressions(NamedTuple):
     """Sets of one mechanism."""
     pairs: tuple[Candidate, ...] = ()
     """Sets of two."""
+    judged: frozenset[str] = frozenset()
+    """Mechanisms of which the regression alone decides whether they are tried: those with forces along a sweep.
+
+    Along records in time the readings' noise biases a regression, and linear steps are tried beside it.
+    """
 
 
 NO_REGRESSIONS = Regressions()
@@ -82,7 +89,7 @@ class Regression:
     """The weak form of a nominal model's equation of motion along measured motions, beside the forces of mechanisms."""
 
     def __init__(self, hypothesis: Hypothesis, problem: Problem, directions: Sequence[Direction]) -> None:
-        """Integrate all forces over bumps.
+        """Take all forces along the motions.
 
         Args:
             hypothesis: Fitted nominal model.
@@ -92,8 +99,16 @@ class Regression:
         self.hypothesis, self.problem = hypothesis, problem
         self.half_width_s = choose_half_width(problem.records, problem.scales.rate)
         nominal = [one for one in hypothesis.simulation.parameters if one.name in TERMS and not one.mechanism]
-        self.names = [*(one.name for one in nominal if not one.fixed), CONSTANT]
-        known = {one.name: one.value for one in nominal if one.fixed}
+        values = {one.name: one.value for one in nominal}
+        steady = problem.subject.is_steady
+        self.rows: list[EquationRows] = [
+            RowsOfSweep(record, values) if steady else RowsInTime(record, self.half_width_s)
+            for record in problem.records
+        ]
+        reference = self.rows[0].reference
+        self.names = [*(one.name for one in nominal if not one.fixed), *(() if steady else (CONSTANT,))]
+        self.reference = np.array([reference.get(name, 0.0) for name in self.names])
+        known = {one.name: one.value - reference.get(one.name, 0.0) for one in nominal if one.fixed}
         found = [self._forces(directions, index) for index in range(len(problem.records))]
         kept = sorted(found[0])
         self.directions = [directions[k] for k in kept]
@@ -104,31 +119,27 @@ class Regression:
         """Share of the acceleration's squares that is noise."""
 
     def _sum_up(self, known: Mapping[str, float], forces: Sequence[FloatArray]) -> tuple[FloatArray, float]:
-        records = zip(self.problem.records, forces, strict=True)
-        parts = [
-            weak_gram(record, [*known, *self.names], self.half_width_s, own.reshape(-1, record.samples))
-            for record, own in records
-        ]
+        names = [*known, *self.names]
+        parts = [rows.gram(names, own) for rows, own in zip(self.rows, forces, strict=True)]
         return np.sum([gram for gram, _ in parts], axis=0), sum(noise for _, noise in parts)
 
     def _forces(self, directions: Sequence[Direction], index: int) -> dict[int, FloatArray]:
-        """Return the mean force (n,) per mass along a measured motion, per unit step, of directions that are forces."""
-        record, step = self.problem.records[index], self.problem.thresholds.search.regressed_step
-        model, motion = self.hypothesis.simulation, sample_motion(record, self.half_width_s)
+        """Return the force per mass along a measured motion, per unit step, of directions that are forces."""
+        rows, step = self.rows[index], self.problem.thresholds.search.regressed_step
+        model = self.hypothesis.simulation
         assert isinstance(model, HasForces)
         self.problem.cancellation.raise_if_cancelled()
-        count_work(STEP_WORK * len(directions) * record.samples)
+        count_work(STEP_WORK * len(directions) * rows.samples)
         found: dict[int, FloatArray] = {}
         for (name, _), same in groupby(range(len(directions)), key=lambda k: _law(directions[k])):
             own = list(same)
             extended = model.extended((name,))
             lanes = lanes_along(self.hypothesis, extended, [directions[k] for k in own], index, step)
             with np.errstate(all="ignore"):
-                forces = model.forces_along(extended, record.stimulus, lanes[1:], *motion)
+                forces = rows.forces(model, extended, lanes[1:])
             if forces is not None:
                 bounded = (np.abs(forces) < ABSURD).all(axis=1, keepdims=True)
-                forces = np.where(bounded, forces, 0.0) / step
-                found.update(zip(own, np.pad(forces, ((0, 0), (0, 1)), mode="edge"), strict=True))
+                found.update(zip(own, np.where(bounded, forces, 0.0) / step, strict=True))
         return found
 
     def groups(self) -> list[list[int]]:
@@ -148,16 +159,18 @@ class Regression:
         solved, _ = solve_least_squares(self._gram[np.ix_([0, *chosen], [0, *chosen])])
         left = 1.0 - float(self._gram[chosen, 0] @ solved) / max(float(self._gram[0, 0]), 1e-300)
         along = tuple(self.directions[k] for k in group)
-        return Regressed(along, solved[:count], self._rescaled(along, solved), max(left, 0.0))
+        nominal = self.reference + solved[:count]
+        return Regressed(along, nominal, self._rescaled(along, nominal, solved[count:]), max(left, 0.0))
 
-    def _rescaled(self, directions: Sequence[Direction], solved: FloatArray) -> FloatArray:
+    def _rescaled(
+        self, directions: Sequence[Direction], nominal: FloatArray, solved: FloatArray
+    ) -> FloatArray:
         """Return the steps; a change of the drive acts by the gain that was solved for, not by the model's."""
-        count = len(self.names)
         gains = [one.value for one in self.hypothesis.simulation.parameters if one.name == GAIN]
-        steps: FloatArray = solved[count:].copy()
-        if not gains or GAIN not in self.names or solved[self.names.index(GAIN)] == 0.0:
+        steps: FloatArray = solved.copy()
+        if not gains or GAIN not in self.names or nominal[self.names.index(GAIN)] == 0.0:
             return steps
-        ratio = gains[0] / solved[self.names.index(GAIN)]
+        ratio = gains[0] / nominal[self.names.index(GAIN)]
         for k, direction in enumerate(directions):
             steps[k] *= ratio if self.law_of(direction.mechanism).acts_before_the_equation else 1.0
         return steps
@@ -217,13 +230,15 @@ def propose_by_regression(parent: TestedHypothesis, problem: Problem) -> Regress
     """Return the nominal model with one mechanism, and with two, that explain the measured motion best.
 
     Returns:
-        Best first; none where the nominal model follows the motion, has mechanisms, or is no equation of motion.
+        Best first; none where the nominal model follows the motion of records in time, has mechanisms, or is no
+        equation of motion.
     """
-    hypothesis, limits = parent.hypothesis, problem.thresholds.search
-    follows = relative_misfit(problem, hypothesis) < problem.thresholds.nominal_fit.close_misfit
+    hypothesis, limits, steady = parent.hypothesis, problem.thresholds.search, problem.subject.is_steady
+    close = problem.thresholds.nominal_fit.close_misfit
+    follows = not steady and relative_misfit(problem, hypothesis) < close
     if follows or hypothesis.mechanisms or not isinstance(hypothesis.simulation, HasForces):
         return NO_REGRESSIONS
-    part = problem.initial_part(limits.regressed_samples)
+    part = problem.glance if steady else problem.initial_part(limits.regressed_samples)
     grid = [one for one in parent.directions if one.mechanism and one.record == ALL]
     regression = Regression(hypothesis, part, grid)
     leaders = regression.possible(regression.groups())[: limits.regressed_refined]
@@ -246,7 +261,9 @@ def propose_by_regression(parent: TestedHypothesis, problem: Problem) -> Regress
         worth = [one for one in found[: limits.regressed_tried] if one.left < limits.regressed_share * below]
         return tuple(_candidate(parent, problem, regression, one) for one in worth)
 
-    return Regressions(started(singles, alone.left), started(pairs, least))
+    found = started(singles, alone.left)
+    judged = frozenset(one.mechanism for one in regression.directions) if steady and found else frozenset()
+    return Regressions(found, started(pairs, least), judged)
 
 
 def _beside(regression: Regression, one: Regressed, groups: Sequence[list[int]]) -> list[list[int]]:
@@ -276,7 +293,7 @@ def _candidate(
     candidate = candidate_at(along, range(len(one.directions)), one.steps, room, 1.0, fitted)
     starts = candidate.starts.copy()
     for index, record in enumerate(problem.records):
-        if record.first == 0 and "displacement" in record.measured:
+        if hypothesis.states and record.first == 0 and "displacement" in record.measured:
             state = estimate_initial_state(record, 0, regression.half_width_s, simulation.state)
             starts[index, : hypothesis.states] = state
     return candidate._replace(starts=starts)
