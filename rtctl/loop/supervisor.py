@@ -36,8 +36,20 @@ from rtctl.loop.step import ReadableStep
 
 __all__ = ["FINAL", "TIMING_COLUMNS", "LoopOutcome", "LoopParts", "LoopPlan", "run_loop", "signal_columns"]
 
-FINAL = frozenset({Fault.INTERRUPTED, Fault.DEADLINES_MISSED, Fault.RECORDING, Fault.ENERGY_LIMIT})
-"""Faults after which the device is not re-armed: a stop by the user, a fault of this machine, too much energy."""
+FINAL = frozenset(
+    {
+        Fault.INTERRUPTED,
+        Fault.DEADLINES_MISSED,
+        Fault.RECORDING,
+        Fault.ENERGY_LIMIT,
+        Fault.PART_FAILED,
+    }
+)
+"""Faults after which the device is not re-armed: a stop by the user, a fault of this machine or of a part of the
+user's, too much energy."""
+
+SAFELY_OFF = (SwitchedOff.OFF, SwitchedOff.SAFE)
+"""Answers to being switched off after which a device is at its safe levels; else it may be at the last command."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,10 +89,13 @@ def run_loop(parts: LoopParts, plan: LoopPlan, first: Measurement) -> LoopOutcom
     reading: Measurement | None = first
     fault, message, taken_in = None, "", ""
     off: SwitchedOff | None = None
+    commanded = safe
+    parts.energy.start(safe)
     try:
         while True:
             try:
                 if reading is None:
+                    parts.energy.hold(safe if off in SAFELY_OFF else commanded, plan.rearm_after_s)
                     reading = _reopened(parts, plan)
                     parts.events.note(at.index + 1, "rearmed")
                 refuse_implausible(parts, reading, reading._replace(counter=reading.counter - 1))
@@ -91,7 +106,7 @@ def run_loop(parts: LoopParts, plan: LoopPlan, first: Measurement) -> LoopOutcom
                     try:
                         (compiled or sampler).run()
                     finally:
-                        step = sampler.step  # another one may have taken over
+                        step, commanded = sampler.step, sampler.levels  # another step may have taken over
                 break
             except DriverError as error:
                 was_open, reading = reading is not None, None
@@ -108,10 +123,11 @@ def run_loop(parts: LoopParts, plan: LoopPlan, first: Measurement) -> LoopOutcom
                 survived.append((at.index + 1, fault, message))
                 fault, message = None, ""
     finally:  # also on what is no fault: a second Ctrl-C, a bug
-        if fault is None and parts.driver.close(safe) in (SwitchedOff.SAFE, SwitchedOff.SILENT):
+        closed = parts.driver.close(safe) if fault is None else None
+        if closed in (SwitchedOff.SAFE, SwitchedOff.SILENT):
             logging.getLogger("rtctl").warning(
                 "at the end of the run: %s",
-                how_left(parts.driver.profile, at.acknowledged, SwitchedOff.SILENT, plan.watchdog_s),
+                how_left(parts.driver.profile, at.acknowledged, closed, plan.watchdog_s),
             )
     timing = parts.timing
     return LoopOutcome(
@@ -140,13 +156,13 @@ def _settle(parts: LoopParts, plan: LoopPlan, first: Measurement, at: Position) 
     reading, safe = first, tuple(limit.safe for limit in parts.limits)
     if parts.guard is not None:
         parts.guard.start()
-    parts.energy.start(safe)
     parts.clock.start(plan.period_s)
     for _ in range(plan.settle_steps):
         refuse_stopped(parts)
         parts.clock.wait()
         begun_ns = time.perf_counter_ns()
         new = parts.driver.exchange(safe)
+        parts.energy.hold(safe, plan.period_s)
         at.acknowledged = at.acknowledged if new.status & REFUSED else safe
         refuse_implausible(parts, new, reading)
         refuse_unlikely(parts, new, reading, safe[0], plan.period_s, begun_ns, time.perf_counter_ns())

@@ -382,6 +382,11 @@ class EnergyGuard:
         """Take `levels` as applied for long."""
         self.mean_squares = [levels[index] ** 2 for index, *_ in self._watched]
 
+    def hold(self, levels: Sequence[float], held_s: float) -> None:
+        """Account for `levels` that are applied for `held_s` [s], whatever they amount to."""
+        for k, (index, _, window_s, _) in enumerate(self._watched):
+            self.mean_squares[k] = mean_square_after(self.mean_squares[k], levels[index], held_s, window_s)
+
     def refuse_too_much(self, levels: Sequence[float], period_s: float) -> None:
         """Raise DriverError if `levels`, held for `period_s` [s], exceed a limit; else account for them."""
         for k, (index, most, window_s, name) in enumerate(self._watched):
