@@ -69,8 +69,8 @@ class ParameterChannel:
         """Returns what is to take over with the model of a number, and what to know of it; raises InputError."""
         self.successor: Successor | None = None
         """What takes over with the next change of the model."""
-        self.refused: deque[tuple[Change, str]] = deque(maxlen=100)
-        """Changes that the loop could not apply, and why."""
+        self.refuse: Callable[[Change], None] = lambda change: None
+        """Called in the loop's thread with a change that the loop could not apply."""
 
     def offer(self, name: str, value: float) -> str:
         """Ask for a change at the next sample; return what to know of it.

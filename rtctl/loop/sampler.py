@@ -245,7 +245,7 @@ class Sampler:
             else:
                 self.step.change(change.name, change.value)
         except InputError as error:
-            parts.changes.refused.append((change, str(error)))
+            parts.changes.refuse(change)
             parts.events.note(index, "refused", name=change.name, value=change.value, message=str(error))
         else:
             parts.events.note(index, "change", name=change.name, value=change.value)

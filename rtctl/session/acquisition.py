@@ -24,7 +24,7 @@ from rtctl.registry import plant_kind
 from rtctl.scenario.command_sequence import command_sequences
 from rtctl.scenario.schema import Scenario
 from rtctl.session.live.under_way import excitation_under_way
-from rtctl.session.loop_setup import open_driver
+from rtctl.session.loop_setup import closed_on_error, open_driver
 from rtctl.session.open_loop import OpenLoopRun, play
 from rtctl.session.run_folder import watch_words
 
@@ -96,6 +96,12 @@ class _Player(NamedTuple):
     folder: Path
     tables: Mapping[str, Any] | None
 
+    @property
+    def safe_levels(self) -> tuple[float, ...]:
+        """Level of each command that the driver is closed with [its unit]."""
+        tables = self.scenario.limits.commands(self.scenario.profile)
+        return tuple(one.safe_level for one in tables)
+
     def play(self, own: Scenario, levels: FloatArray, first: Measurement, title: str) -> OpenLoopRun:
         """Play `levels` (n,) on the open driver after a sample at rest; `own` has the period of this excitation."""
         rest = np.concatenate(([_rest(self.scenario)], levels))
@@ -117,10 +123,11 @@ def _play_all(player: _Player, report: Callable[[str], None]) -> tuple[list[Reco
             if not records:
                 raise
             return records, str(error)
-        report(f"{kind}: {len(levels) * own.scenario.period_s:.3g} s, {len(levels)} samples")
-        if index == 0 and player.tables is not None:
-            report(watch_words(player.folder))
-        run = player.play(own, levels, first, f"{scenario.scenario.title}: {kind}")
+        with closed_on_error(player.driver, player.safe_levels):
+            report(f"{kind}: {len(levels) * own.scenario.period_s:.3g} s, {len(levels)} samples")
+            if index == 0 and player.tables is not None:
+                report(watch_words(player.folder))
+            run = player.play(own, levels, first, f"{scenario.scenario.title}: {kind}")
         if run.outcome.fault is not None:
             return records, f"{run.outcome.fault}: {run.outcome.message}"
         if clamped := _clamped(run.signals, kind, scenario.profile.commands[0]):

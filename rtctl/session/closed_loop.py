@@ -30,6 +30,7 @@ from rtctl.session.loop_setup import (
     build_parts,
     build_plan,
     build_playback,
+    closed_on_error,
     open_driver,
     run_on_clock,
     start_recording,
@@ -69,24 +70,23 @@ def track(
     chain = replace(chain, step=compiled_step(chain.estimator, chain.controller, chain.limits))
     _compile(chain, plant.reading_at_rest(model))
     first = open_driver(driver, scenario)
-    try:
+    with closed_on_error(driver, chain.safe_levels):
         _check_identity(scenario, plant.identity(model), driver.identity)
         columns = signal_columns(driver.profile, chain.estimator, chain.controller)
-    except InputError:
-        driver.close(chain.safe_levels)
-        raise
-    recording = start_recording(driver, chain.safe_levels, columns, folder)
-    if changes is not None:
-        rules = ChangeRules(scenario, model, chain.controller, plant.output_range(scenario, model))
-        changes.judge, changes.parameters = rules.judge, lambda: rules.current
-        if folder is not None and scenario.reference is not None:
-            changes.prepare = rules.follows(Successors(folder.path, scenario, chain.limits, setpoints))
-    parts = build_parts(scenario, driver, chain, recording, stop_requested, changes)
-    try:
-        with noted_faults(driver, recording):
-            outcome, requests = run_on_clock(scenario, parts, build_plan(scenario, setpoints), first)
-    finally:
-        table, timing = recording.close()
+        recording = start_recording(columns, folder)
+        try:
+            if changes is not None:
+                rules = ChangeRules(scenario, model, chain.controller, plant.output_range(scenario, model))
+                rules.judge_changes_of(changes)
+                if folder is not None and scenario.reference is not None:
+                    changes.prepare = rules.follows(
+                        Successors(folder.path, scenario, chain.limits, setpoints)
+                    )
+            parts = build_parts(scenario, driver, chain, recording, stop_requested, changes)
+            with noted_faults(driver, recording):
+                outcome, requests = run_on_clock(scenario, parts, build_plan(scenario, setpoints), first)
+        finally:
+            table, timing = recording.close()
     summary = summarise(scenario, plant, model, outcome, table, parts.timing, requests)
     return RunResult(
         summary=summary, signals=table, units=dict(columns), timing=timing, tuning=tuning,

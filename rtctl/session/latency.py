@@ -154,9 +154,9 @@ def measure_period(scenario: Scenario, duration_s: float, stop_requested: Callab
     steps = max(round(duration_s / period_s), LEAST_STEPS)
     levels = np.full(steps, scenario.limits.safe_level)
     driver = build_driver(scenario, Path())
-    first = open_driver(driver, scenario)
     with tempfile.TemporaryDirectory(prefix="rtctl-latency-") as folder:
         place = RunFolder(path=Path(folder), metadata={}, model=None)
+        first = open_driver(driver, scenario)
         try:
             run = play(scenario, driver, levels, first, stop_requested, place)
         except DriverError as error:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 from rtctl.border.arrays import FloatArray
@@ -68,6 +69,16 @@ def open_driver(driver: Driver, scenario: Scenario) -> Measurement:
     except DriverError as error:
         if error.fault is Fault.CONNECTION_LOST:  # nothing there to begin with: the port or address is wrong
             raise InputError(str(error)) from None
+        raise
+
+
+@contextmanager
+def closed_on_error(driver: Driver, safe_levels: tuple[float, ...]) -> Iterator[None]:
+    """Close an open driver at the safe levels where the body raises, whatever it is: no device is left armed."""
+    try:
+        yield
+    except BaseException:
+        driver.close(safe_levels)
         raise
 
 
@@ -141,24 +152,9 @@ def build_parts(
     )
 
 
-def start_recording(
-    driver: Driver, safe_levels: tuple[float, ...], columns: list[Column], folder: RunFolder | None
-) -> Recording:
-    """Start recording into `folder`, or into memory if there is none; close the driver if that fails.
-
-    Args:
-        driver: the open driver.
-        safe_levels: level of each command that the driver is closed with [its unit].
-        columns: names and units of the signals.
-        folder: the folder of the run; None: record into memory.
-    """
-    if folder is None:
-        return in_memory(columns, TIMING_COLUMNS)
-    try:
-        return folder.record(columns, TIMING_COLUMNS)
-    except BaseException:
-        driver.close(safe_levels)
-        raise
+def start_recording(columns: list[Column], folder: RunFolder | None) -> Recording:
+    """Start recording signals of these names and units into `folder`, or into memory if there is none."""
+    return in_memory(columns, TIMING_COLUMNS) if folder is None else folder.record(columns, TIMING_COLUMNS)
 
 
 def run_on_clock(

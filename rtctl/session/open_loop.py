@@ -17,6 +17,7 @@ from rtctl.session.loop_setup import (
     build_parts,
     build_plan,
     build_playback,
+    closed_on_error,
     run_on_clock,
     start_recording,
 )
@@ -60,12 +61,13 @@ def play(
     chain = ControlChain(
         estimator=NoEstimator(), controller=build_playback(scenario), limits=build_limits(scenario, None)
     )
-    columns = signal_columns(driver.profile, chain.estimator, chain.controller)
-    recording = start_recording(driver, chain.safe_levels, columns, folder)
-    parts = build_parts(scenario, driver, chain, recording, stop_requested, changes)
-    try:
-        with noted_faults(driver, recording):
-            outcome, requests = run_on_clock(scenario, parts, build_plan(scenario, levels), first)
-    finally:
-        signals, _ = recording.close()
+    with closed_on_error(driver, chain.safe_levels):
+        columns = signal_columns(driver.profile, chain.estimator, chain.controller)
+        recording = start_recording(columns, folder)
+        try:
+            parts = build_parts(scenario, driver, chain, recording, stop_requested, changes)
+            with noted_faults(driver, recording):
+                outcome, requests = run_on_clock(scenario, parts, build_plan(scenario, levels), first)
+        finally:
+            signals, _ = recording.close()
     return OpenLoopRun(signals, outcome, parts.timing, requests)

@@ -20,6 +20,7 @@ from rtctl.controllers.pid_tuning import WorkingPoint, tune_pid
 from rtctl.estimators.cubature import CubatureFilter, FilterSettings, _chi_squared_limit
 from rtctl.estimators.equations.rest import rest_point, rests_anywhere, state_at_rest, swept_points
 from rtctl.interfaces import Estimate, EstimateStatus
+from rtctl.loop.live_parameters import Change
 from rtctl.plants.equations.control import EquationsSupport, linear_plant
 from rtctl.scenario.schema import checked_scenario
 from rtctl.session.live.change_rules import ChangeRules
@@ -298,6 +299,15 @@ def test_gains_by_which_the_loop_would_be_unstable_are_refused_before_and_while_
         with pytest.raises(InputError, match="would be unstable"):
             rules.judge(f"controller.{name}", value)
     assert rules.current["controller.ki"] == pytest.approx(0.9 * gains.ki)  # what was refused was not taken
+    with pytest.raises(
+        InputError, match=r"no such parameter; it has controller\.kd, controller\.ki, controller\.kp"
+    ):
+        rules.judge("controller.kq", 1.0)
+    with pytest.raises(InputError, match="would be unstable"):  # a name that is not known left gains unjudged
+        rules.judge("controller.ki", 100.0 * gains.ki)
+    rules.judge("controller.kp", 0.9 * gains.kp)
+    rules.take_back(Change("controller.kp", 0.9 * gains.kp))
+    assert rules.current["controller.kp"] == gains.kp
     by_hand = {"kind": "pid", "kp": "0 N/mm", "ki": f"{100.0 * gains.ki} N/mm/s"}
     with pytest.raises(
         InputError, match=r"the loop would be unstable where the device rests; give less gain"

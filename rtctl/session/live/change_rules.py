@@ -14,7 +14,7 @@ from pydantic import BaseModel
 
 from rtctl.border.errors import InputError
 from rtctl.interfaces import Controller
-from rtctl.loop.live_parameters import SETPOINT
+from rtctl.loop.live_parameters import SETPOINT, Change, ParameterChannel
 from rtctl.loop.step import parameters_of
 from rtctl.loop.successor import Successor
 from rtctl.models.span import Span
@@ -46,21 +46,36 @@ class ChangeRules:
         self.current: dict[str, float] = dict(parameters_of(controller))
         """Parameters of the controller with the changes that were taken."""
         self._built = dict(self.current)
+        self._before: dict[str, float] = {}
+
+    def judge_changes_of(self, channel: ParameterChannel) -> None:
+        """Judge all changes that are offered to `channel`, and take back those that its loop refuses."""
+        channel.judge, channel.parameters, channel.refuse = self.judge, lambda: self.current, self.take_back
 
     def judge(self, name: str, value: float) -> str:
-        """Return what to say of a change, "" where nothing; take it as made.
+        """Return what to say of a change, "" where nothing; take it as made until the loop refuses it.
 
         Raises:
-            InputError: the set-point lies outside of the model's range, or the loop would be unstable.
+            InputError: the set-point lies outside of the model's range, the controller has no such parameter, or the
+                loop would be unstable.
         """
         if name == SETPOINT:
             self._judge_setpoint(value)
             return ""
-        if name in self.current:
-            self._judge_sign(name, value)
-        said = self._judge_gains({**self.current, name: value}) if name in self.current else ""
-        self.current[name] = value
+        if name not in self.current:
+            raise InputError(
+                f"{name} = {value:.4g}: the controller of this run has no such parameter; it has "
+                f"{', '.join(sorted(self.current)) or 'none that can be changed'}"
+            )
+        self._judge_sign(name, value)
+        said = self._judge_gains({**self.current, name: value})
+        self._before[name], self.current[name] = self.current[name], value
         return said
+
+    def take_back(self, change: Change) -> None:
+        """Forget a change that the loop refused: later ones are judged beside the value in force."""
+        if self.current.get(change.name) == change.value and change.name in self._before:
+            self.current[change.name] = self._before[change.name]
 
     def follows(self, successors: Successors) -> Callable[[int], tuple[Successor, str]]:
         """Return how another model is prepared, whose gains are those in force from then on."""
