@@ -55,6 +55,8 @@ class Fault(StrEnum):
     CONNECTION_LOST = "connection_lost"
     DEADLINES_MISSED = "deadlines_missed"
     RECORDING = "recording"
+    PART_FAILED = "part_failed"
+    """An estimator or controller of the user raised, or returned what is none."""
     KILLED = "killed"
     INTERRUPTED = "interrupted"
 

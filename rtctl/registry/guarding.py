@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from rtctl.border.errors import RtctlError, RunError
+from rtctl.border.errors import DriverError, Fault, RtctlError
 from rtctl.interfaces import ControlAction, Controller, Estimate, Estimator
 
 
@@ -24,12 +24,14 @@ class _Guarded:
         except RtctlError:
             raise
         except Exception as error:
-            raise RunError(
-                f'{self._sort} "{self._name}": {method.__name__} raised {type(error).__name__}: {error}'
+            raise DriverError(
+                Fault.PART_FAILED,
+                f'{self._sort} "{self._name}": {method.__name__} raised {type(error).__name__}: {error}',
             ) from error
 
-    def _refuse(self, method: str, wanted: str, got: Any) -> RunError:
-        return RunError(f'{self._sort} "{self._name}": {method} must return {wanted}, got {got!r}')
+    def _refuse(self, method: str, wanted: str, got: Any) -> DriverError:
+        message = f'{self._sort} "{self._name}": {method} must return {wanted}, got {got!r}'
+        return DriverError(Fault.PART_FAILED, message)
 
 
 class GuardedEstimator(_Guarded):
@@ -40,11 +42,11 @@ class GuardedEstimator(_Guarded):
         self.surrogate = part.surrogate
 
     def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
-        """See `Estimator.start`. Raises RunError."""
+        """See `Estimator.start`. Raises DriverError."""
         return self._checked("start", self._call(self._part.start, levels, sensed))
 
     def step(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> Estimate:
-        """See `Estimator.step`. Raises RunError."""
+        """See `Estimator.step`. Raises DriverError."""
         return self._checked("step", self._call(self._part.step, levels, sensed, elapsed_s))
 
     def _checked(self, method: str, made: Any) -> Estimate:
@@ -63,11 +65,11 @@ class GuardedController(_Guarded):
         self._commands = commands
 
     def start(self, levels: Sequence[float], setpoint: float, estimate: Estimate) -> None:
-        """See `Controller.start`. Raises RunError."""
+        """See `Controller.start`. Raises DriverError."""
         self._call(self._part.start, levels, setpoint, estimate)
 
     def step(self, setpoint: float, upcoming: float, estimate: Estimate, elapsed_s: float) -> ControlAction:
-        """See `Controller.step`. Raises RunError."""
+        """See `Controller.step`. Raises DriverError."""
         made = self._call(self._part.step, setpoint, upcoming, estimate, elapsed_s)
         if not isinstance(made, ControlAction):
             raise self._refuse("step", "a ControlAction(levels, terms)", made)
@@ -77,7 +79,7 @@ class GuardedController(_Guarded):
         return made
 
     def applied(self, levels: Sequence[float]) -> None:
-        """See `Controller.applied`. Raises RunError."""
+        """See `Controller.applied`. Raises DriverError."""
         self._call(self._part.applied, levels)
 
 

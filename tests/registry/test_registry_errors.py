@@ -45,6 +45,15 @@ class Fails(Whole):
         return {"levels": 1.0}["level"]  # type: ignore[return-value]
 
 
+class FailsLater(Whole):
+    def __init__(self) -> None:
+        self.left = 21  # one step is tried before the device is opened
+
+    def step(self, setpoint: float, upcoming: float, estimate: Any, elapsed_s: float) -> ControlAction:
+        self.left -= 1
+        return ControlAction((1.0 / (self.left and 1),), (0.0,))
+
+
 class ReturnsNumber(Whole):
     def step(self, setpoint: float, upcoming: float, estimate: Any, elapsed_s: float) -> ControlAction:
         return 1.0  # type: ignore[return-value]
@@ -201,11 +210,24 @@ def test_what_an_own_controller_raises_ends_the_run_with_its_name(
     value: type, words: str, own_parts: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     rtctl.register("controller", "mine", value)
-    code, _ = run(tmp_path, "--plugin", str(own_parts), text=TEXT.replace('"integral"', '"mine"'))
+    code, summary = run(tmp_path, "--plugin", str(own_parts), text=TEXT.replace('"integral"', '"mine"'))
     message = capsys.readouterr().err
     assert code == 1
     assert words in message
     assert "Traceback" not in message
+    assert summary is None  # it was tried before the device was opened
+
+
+def test_an_own_controller_that_fails_later_ends_the_run_as_any_fault_does(
+    own_parts: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rtctl.register("controller", "mine", FailsLater)
+    code, summary = run(tmp_path, "--plugin", str(own_parts), text=TEXT.replace('"integral"', '"mine"'))
+    assert code == 1
+    assert 'controller "mine": step raised ZeroDivisionError' in capsys.readouterr().err
+    assert summary is not None
+    assert [one["fault"] for one in summary["faults"]] == ["part_failed"]
+    assert summary["faults"][0]["step"] == 20
 
 
 def test_a_part_for_other_kinds_of_plant_is_refused(
