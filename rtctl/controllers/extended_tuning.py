@@ -21,7 +21,7 @@ import numpy as np
 
 from rtctl.controllers.linear_loop import LinearLoop
 from rtctl.controllers.pi import PiGains
-from rtctl.controllers.tuning import Tuning, margins_of
+from rtctl.controllers.tuning import Tuning, encloses, margins_of
 
 ZEROS = 13
 LEAST, MOST = 1e-5, 4.0
@@ -100,7 +100,7 @@ def _margins(loop: LinearLoop, plant_gain: float, period_s: float, delay: int) -
 
     def of(gains: PiGains) -> Tuning:
         response = plant * ((gains.kp + gains.ki * period_s) - gains.kp / z) / (1.0 - 1.0 / z)
-        gain_margin, phase_margin, crossover = margins_of(response, angle)
+        gain_margin, phase_margin, crossover = margins_of(response, angle, stable=not encloses(response))
         return Tuning(
             gains=gains,
             gain_margin=gain_margin,

@@ -153,8 +153,9 @@ def margins_of_gains(
         for one, loop in zip(sampled, loops, strict=True)
     ]
     worst = int(np.argmax(peaks))
-    gain_margin, phase_margin, crossover = margins_of(loops[worst], ANGLES)
-    if not math.isfinite(peaks[worst]):
+    stable = math.isfinite(peaks[worst])
+    gain_margin, phase_margin, crossover = margins_of(loops[worst], ANGLES, stable=stable)
+    if not stable:
         gain_margin = phase_margin = 0.0
     return PidTuning(
         gains=gains,

@@ -26,7 +26,8 @@ class Tuning:
 
     gains: PiGains
     gain_margin: float
-    """Gain margin: factor by which the loop gain may rise."""
+    """Gain margin: factor by which the loop gain may rise; below 1 of a loop that is unstable, whose phase margin
+    is negative."""
     phase_margin_deg: float
     crossover_hz: float
     plant_gain: float
@@ -73,7 +74,7 @@ def margins(
     loop = loop_transfer(gains, plant_gain, time_constant_s, period_s, delay)
     angle = np.concatenate((np.geomspace(1e-4, 0.3, 600), np.linspace(0.3, math.pi, 2000)[1:]))
     response = np.asarray(loop(np.exp(1j * angle)))
-    gain_margin, phase_margin, crossover = margins_of(response, angle)
+    gain_margin, phase_margin, crossover = margins_of(response, angle, stable=not encloses(response))
     return Tuning(
         gains=gains,
         gain_margin=gain_margin,
@@ -83,27 +84,46 @@ def margins(
     )
 
 
-def margins_of(response: NDArray[np.complex128], angle: NDArray[np.float64]) -> tuple[float, float, float]:
+def margins_of(
+    response: NDArray[np.complex128], angle: NDArray[np.float64], *, stable: bool
+) -> tuple[float, float, float]:
     """Return gain margin [factor], phase margin [deg] and crossover [rad a sample] of L(e^jw) on a grid up to Nyquist.
 
     Read off the response itself: `control.margin` solves polynomials, which fails where a zero cancels a pole, and
-    leaves out a crossing at exactly half the sample rate. Infinite margins where there is no crossing; a loop whose
-    gain is still above 1 at half the sample rate has its phase margin there.
+    leaves out a crossing at exactly half the sample rate. Of all places where L crosses the negative real axis between
+    -1 and 0 the one closest to -1 has the gain margin; of all places where |L| is 1 the one closest to -1 the phase
+    margin, and is the crossover. A resonance behind a delay has several of both. Infinite where there are none: the
+    crossover is then 0, or half the sample rate where |L| is above 1 up to there. How far -1 is does not say whether
+    the loop is stable: that is given by `stable`. Of a loop that is not, the gain margin is the factor below 1 to which
+    the gain must fall to be rid of all crossings beyond -1, and the phase margin is negative.
     """
-    size, phase = np.abs(response), np.unwrap(np.angle(response))
-    falls = np.flatnonzero((size[:-1] >= 1.0) & (size[1:] < 1.0))
-    phase_margin, crossover = math.inf, 0.0
-    if size[-1] >= 1.0:
-        phase_margin, crossover = 180.0 + math.degrees(phase[-1]), float(angle[-1])
-    for k in falls:
-        share = (size[k] - 1.0) / (size[k] - size[k + 1])
-        at = math.degrees(phase[k] + share * (phase[k + 1] - phase[k]))
-        if 180.0 + at < phase_margin:
-            phase_margin, crossover = 180.0 + at, float(angle[k] + share * (angle[k + 1] - angle[k]))
-    below = phase + math.pi
-    crossings = np.flatnonzero((below[:-1] > 0.0) & (below[1:] <= 1e-9))
-    gain_margin = min((1.0 / float(size[k + 1]) for k in crossings), default=math.inf)
-    return gain_margin, phase_margin, crossover
+    size = np.abs(response)
+    k = np.flatnonzero((size[:-1] >= 1.0) != (size[1:] >= 1.0))
+    share = (1.0 - size[k]) / (size[k + 1] - size[k])
+    to_minus_one = np.degrees(np.abs(np.angle(-(response[k] + share * (response[k + 1] - response[k])))))
+    nearest = int(np.argmin(to_minus_one)) if len(k) else -1
+    phase_margin = float(to_minus_one[nearest]) if len(k) else math.inf
+    if len(k):
+        crossover = float(angle[k[nearest]] + share[nearest] * (angle[k[nearest] + 1] - angle[k[nearest]]))
+    else:
+        crossover = float(angle[-1]) if size[-1] >= 1.0 else 0.0
+    real, imaginary = response.real, response.imag
+    k = np.flatnonzero((imaginary[:-1] >= 0.0) != (imaginary[1:] >= 0.0))
+    share = -imaginary[k] / (imaginary[k + 1] - imaginary[k])
+    axis = np.append(real[k] + share * (real[k + 1] - real[k]), real[-1])  # at half the sample rate L is real
+    axis = axis[(axis < 0.0) & ((axis > -1.0) if stable else (axis <= -1.0))]
+    gain_margin = float(-1.0 / axis.min()) if len(axis) else math.inf if stable else 0.0
+    return gain_margin, phase_margin if stable else -phase_margin, crossover
+
+
+def encloses(response: NDArray[np.complex128]) -> bool:
+    """Return whether L(e^jw), on a grid from near 0 to Nyquist, encloses -1: the closed loop is unstable.
+
+    Nyquist's criterion for a stable plant with at most one integrator in the loop: 1 + L begins within 90 deg of the
+    positive real axis, is real at half the sample rate, and must have come back to the positive side without a turn.
+    """
+    turned = np.unwrap(np.angle(1.0 + response))
+    return bool(abs(turned[-1]) > 0.5 * math.pi)
 
 
 def tune(
