@@ -53,14 +53,14 @@ def lock_in_step(s: Any, x: float, y: float) -> tuple[float, float, float, int]:
         y: in quadrature [um].
     """
     amplitude = math.sqrt(x * x + y * y)
+    if not math.isfinite(amplitude):
+        return s.last, s.phase_deg, math.sqrt(s.variance), NOT_FINITE
     if s.samples == 0:  # at rest: the first reading is one sample of the noise
         s.last, s.before = amplitude, amplitude
-        s.variance = 0.5 * amplitude * amplitude if math.isfinite(amplitude) else 0.0
+        s.variance = 0.5 * amplitude * amplitude
         s.samples = 1
         s.phase_deg = DEGREES * atan2(y, x)
         return amplitude, s.phase_deg, math.sqrt(s.variance), 0
-    if not math.isfinite(amplitude):
-        return s.last, s.phase_deg, math.sqrt(s.variance), NOT_FINITE
     difference = amplitude - 2.0 * s.last + s.before
     s.samples = min(s.samples + 1, MEMORY + 2)
     known = s.samples - 2  # second differences so far

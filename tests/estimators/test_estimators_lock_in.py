@@ -66,5 +66,8 @@ def test_a_resonator_that_still_rings_is_not_taken_for_noise_for_long() -> None:
 def test_a_reading_that_is_no_number_holds_the_last_one_and_is_flagged() -> None:
     estimator = LockInEstimator()
     estimator.start((0.0, 7500.0), (0.0, -0.3))
+    fresh = LockInEstimator()
+    assert fresh.start((0.0, 7500.0), (math.nan, 0.1)).status == EstimateStatus.NOT_FINITE
+    assert fresh.step((0.0, 7500.0), (0.3, 0.0), 5e-4) == LockInEstimator().start((0.0, 7500.0), (0.3, 0.0))
     estimate = estimator.step((0.0, 7500.0), (math.nan, -0.3), 5e-4)
     assert (estimate.value, estimate.status) == (0.3, EstimateStatus.NOT_FINITE)
