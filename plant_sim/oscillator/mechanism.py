@@ -135,8 +135,9 @@ class OscillatorMechanism(Mechanism):
     transfer: Callable[[ComplexArray, Values], ComplexArray] | None = None
     """Returns the factor on a drive or a reading of complex angular frequency s = 2 pi i f [1/s] in the steady state;
     None: in the steady state it does what it does in a record."""
-    beside: Callable[[ComplexArray, Values], ComplexArray] | None = None
-    """Returns what is read beside the motion, over the drive, at complex angular frequency s [1/s]; None: nothing."""
+    beside: Callable[[ComplexArray, int, Values], ComplexArray] | None = None
+    """Returns what is read beside the motion, over the drive, at complex angular frequency s [1/s], by a sensor of so
+    many derivatives of the displacement; None: nothing."""
     in_steady_state: bool = True
     """Whether the amplitude and phase of the response to a sine show it."""
 

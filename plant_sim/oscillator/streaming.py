@@ -2,7 +2,7 @@
 
 A mechanism of the equation (terms, memory) needs nothing here, one without memory acts on the instants of a step as it
 does on a record's. Those with a state of their own have it below, from rest. A mechanism that has neither form is
-refused: a device that leaves an effect out in silence would be worse than none.
+refused: a device that leaves an effect out in silence would be worse than none. A held drive has no rate of change.
 """
 
 from __future__ import annotations
@@ -158,6 +158,18 @@ class SecondMode:
         return both
 
 
+class Crosstalk:
+    """The held drive in the reading."""
+
+    def __init__(self, values: Values) -> None:
+        self._gain = values["gain"]
+
+    def pass_on(self, reading: FloatArray, nodes: FloatArray, h: float) -> FloatArray:
+        """Return the reading with the drive that is held until each instant."""
+        both: FloatArray = reading + self._gain * np.append(nodes[:1, 0], nodes[:, 2])
+        return both
+
+
 class _WithoutMemory:
     """A mechanism that acts on each instant by itself, as it does on a record."""
 
@@ -194,6 +206,7 @@ DRIVE_STAGES: dict[str, Callable[[Values], DriveStage]] = {
 }
 SENSOR_STAGES: dict[str, Callable[[Values], SensorStage]] = {
     "mode.second": SecondMode,
+    "sensor.crosstalk": Crosstalk,
     "sensor.highpass": HighPass,
     "sensor.lag": SensorLag,
 }
@@ -208,6 +221,7 @@ def cannot_stream(mechanism: OscillatorMechanism, values: Values) -> bool:
     outside = mechanism.acts_before_the_equation or mechanism.sensor is not None
     known = DRIVE_STAGES.keys() | SENSOR_STAGES.keys() | WITHOUT_MEMORY
     is_ahead = mechanism.id == "timing.skew" and values["late"] > 0.0
+    is_ahead |= mechanism.id == "sensor.crosstalk" and values["before"] != 1.0
     return is_ahead or (outside and mechanism.id not in known)
 
 

@@ -55,6 +55,8 @@ class Oracle:
     """Displacement (samples,) that is read, from times and states (samples, n)."""
     speed: Callable[[FloatArray], FloatArray] = lambda y: y[:, 1]
     """Velocity (samples,) that is read."""
+    beside: Callable[[FloatArray, str, P], FloatArray] = lambda samples, hold, p: 0.0 * samples
+    """What is read (samples,) beside the motion, from the drive's samples and their hold."""
     delay_s: Callable[[P], float] = lambda p: 0.0
     """By how much the drive is late [s]."""
     blend: Mapping[str, str] = field(default_factory=dict)
@@ -64,6 +66,17 @@ class Oracle:
     tolerance: float = EXACT
     """Of the peak displacement."""
     drive_side: bool = False
+
+
+def leaked(samples: FloatArray, hold: str, p: P) -> FloatArray:
+    """Drive and its change in the reading, partly before it steps."""
+    if hold == "zero":
+        before = np.append(samples[:1], samples[:-1])
+        after = np.append(samples[:-1], samples[-2])  # what follows the last row is not in the record
+        return p["gain"] * (p["before"] * before + (1.0 - p["before"]) * after)
+    slopes = np.diff(samples) / PERIOD_S
+    before, after = np.append(slopes[:1], slopes), np.append(slopes, slopes[-1:])
+    return p["gain"] * samples + p["rate"] * (p["before"] * before + (1.0 - p["before"]) * after)
 
 
 def linear_mode(y: FloatArray, u: float, p: P) -> list[float]:
@@ -348,6 +361,7 @@ ORACLES: dict[str, Oracle] = {
         reading=lambda t, y, p: y[:, 0] - y[:, 2],
         tolerance=1e-5,
     ),
+    "sensor.crosstalk": Oracle(values={"gain": 0.15, "rate": 3e-4, "before": 0.7}, beside=leaked, drive_side=True),
     "sensor.drift": Oracle(
         values={"rate": -0.3, "settling_time": 0.05}, reading=lambda t, y, p: y[:, 0] + p["rate"] * warming(t, p)
     ),
@@ -386,4 +400,4 @@ def oracle_motion(identity: str, samples: FloatArray, hold: str) -> tuple[FloatA
         delay=oracle.delay_s(p),
         drive=blended if oracle.blend else played(samples, hold, p[oracle.played]) if oracle.played else None,
     )
-    return oracle.reading(t, y, p), oracle.speed(y)
+    return oracle.reading(t, y, p) + oracle.beside(samples, hold, p), oracle.speed(y)

@@ -56,6 +56,7 @@ VALUES = {
     "sensor.lag": "time_constant = { value = 6, unit = 'ms' }",
     "timing.skew": "late = { value = -2.3, unit = 'ms' }",
     "sensor.highpass": "rate = { value = 40, unit = '1/s' }",
+    "sensor.crosstalk": "gain = { value = 0.2, unit = 'mm/V' }",
     "sensor.drift": "rate = { value = 0.2, unit = 'mm/s' }",
     "input.gain_drift": "rate = { value = 0.8, unit = '1/s' }",
     "sensor.hum": "cosine = { value = 0.1, unit = 'mm' }\nsine = { value = 0.05, unit = 'mm' }",
@@ -122,11 +123,12 @@ def test_several_at_once_act_in_the_order_of_their_stages(tmp_path: Path) -> Non
 
 
 def test_every_mechanism_streams_or_is_refused_by_name(tmp_path: Path) -> None:
-    early = {"late": -1e-3}
+    early = {"late": -1e-3, "before": 1.0}
     assert [name for name, one in MECHANISMS.items() if cannot_stream(one, early)] == ["input.hold"]
     refused = {
         "input.hold": "toward_linear = { value = 0.5, unit = 'dimensionless' }",
         "timing.skew": "late = { value = 2.3, unit = 'ms' }",  # what is yet to come
+        "sensor.crosstalk": "gain = { value = 0.1, unit = 'mm/V' }\nbefore = { value = 0, unit = 'dimensionless' }",
     }
     for name, values in refused.items():
         with pytest.MonkeyPatch.context() as patch:

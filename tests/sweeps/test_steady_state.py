@@ -101,6 +101,7 @@ def test_a_guide_chooses_the_branch_that_was_measured() -> None:
         {"mode__second": {"gain": (3e4, "um/s^2/V"), "frequency": (130.0, "Hz"), "damping_ratio": (0.02, "dimensionless")}},  # noqa: E501
         {"friction__coulomb": {"level": (400.0, "um/s^2")}},
         {"damping__quadratic": {"coefficient": (0.01, "1/um")}},
+        {"sensor__crosstalk": {"gain": (2.0, "um/V"), "rate": (3e-3, "um*s/V")}},
     ],
     ids=lambda one: next(iter(one)),
 )  # fmt: skip

@@ -36,6 +36,7 @@ IN_PATH = frozenset(
 """Mechanisms outside the equation that `path.c` has."""
 REASONS = {
     "timing.skew": "the reading of a row at another instant is a matter of the recording, not of the plant",
+    "sensor.crosstalk": "which drive a reading sees that is taken as it steps is a matter of the recording",
     "input.hold": "the simulator says how an input goes on between communication points",
 }
 """Why mechanisms have no form in C."""

@@ -25,6 +25,7 @@ from plant_sim.oscillator.mechanisms.drive import harmonics as drive_harmonics
 from plant_sim.oscillator.mechanisms.drive import lag as drive_lag
 from plant_sim.oscillator.mechanisms.drive import offset as drive_offset
 from plant_sim.oscillator.mechanisms.drive import saturation as drive_saturation
+from plant_sim.oscillator.mechanisms.sensor import crosstalk as sensor_crosstalk
 from plant_sim.oscillator.mechanisms.sensor import drift as sensor_drift
 from plant_sim.oscillator.mechanisms.sensor import highpass as sensor_highpass
 from plant_sim.oscillator.mechanisms.sensor import hum as sensor_hum
@@ -82,5 +83,6 @@ MECHANISMS: dict[str, OscillatorMechanism] = {
         sensor_quantisation,
         input_gain_drift,
         damping_asymmetric,
+        sensor_crosstalk,
     )
 }

@@ -92,8 +92,7 @@ def _behind(spectrum: ComplexArray, drive: PeriodicDrive, derivatives: int, acti
     s = harmonics(samples, drive.frequency_hz)
     for mechanism, values in active:
         if mechanism.beside is not None:
-            beside = mechanism.beside(s, values) * s**derivatives
-            spectrum = spectrum + beside * np.fft.rfft(drive.course[::2])
+            spectrum = spectrum + mechanism.beside(s, derivatives, values) * np.fft.rfft(drive.course[::2])
         elif mechanism.sensor is not None and mechanism.transfer is not None:
             spectrum = spectrum * mechanism.transfer(s, values)
         elif mechanism.sensor is not None:

@@ -40,10 +40,10 @@ def beside(moved: Moved, p: Values) -> Moved:
     )
 
 
-def compliance(s: ComplexArray, p: Values) -> ComplexArray:
-    """Return the mode's displacement over the drive."""
+def response(s: ComplexArray, derivatives: int, p: Values) -> ComplexArray:
+    """Return so many derivatives of the mode's displacement, over the drive."""
     rate = 2.0 * math.pi * p["frequency"]
-    return p["gain"] / (s**2 + 2.0 * p["damping_ratio"] * rate * s + rate**2)
+    return p["gain"] * s**derivatives / (s**2 + 2.0 * p["damping_ratio"] * rate * s + rate**2)
 
 
 # 8 parameters because every memory law has them (`plant_sim.oscillator.equation.memory`)
@@ -103,6 +103,6 @@ MECHANISM = OscillatorMechanism(
     ),
     memory=Memory(carried, 2, constants, acts=lambda p: p["mass_ratio"] != 0.0, start=lambda z, v: (z, v)),
     sensor=beside,
-    beside=compliance,
+    beside=response,
     fastest_rate=fastest_rate,
 )
