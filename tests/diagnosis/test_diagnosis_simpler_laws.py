@@ -38,6 +38,10 @@ def answer(folder: Path, identity: str, **values: tuple[float, str]) -> dict[str
             "friction.coulomb", {"level": LEVEL, "transition_speed": (5.0, "mm/s")}, {"level", "transition_speed"},
             marks=pytest.mark.slow,
         ),
+        pytest.param(  # a four-hundredth of the velocity
+            "friction.coulomb", {"level": LEVEL, "transition_speed": (0.25, "mm/s")}, {"level", "transition_speed"},
+            marks=pytest.mark.slow,
+        ),
         pytest.param(
             "friction.stribeck",
             {"level": LEVEL, "excess": (200.0, "mm/s^2"), "transition_speed": (10.0, "mm/s")},
@@ -56,7 +60,7 @@ def answer(folder: Path, identity: str, **values: tuple[float, str]) -> dict[str
             marks=pytest.mark.slow,
         ),
     ],
-    ids=["ideal", "smooth", "stribeck", "dahl", "square", "cube"],
+    ids=["ideal", "smooth", "sharp", "stribeck", "dahl", "square", "cube"],
 )  # fmt: skip
 @pytest.mark.slow
 def test_each_law_is_told_by_its_own_name_and_no_more_of_it_than_acts(

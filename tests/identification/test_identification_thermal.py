@@ -13,7 +13,12 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from rtctl.identification.vo2 import heating as thermal
-from rtctl.identification.vo2.heating import find_time_constant, fit_time_constant, simulate_heating
+from rtctl.identification.vo2.heating import (
+    answers_own_current,
+    find_time_constant,
+    fit_time_constant,
+    simulate_heating,
+)
 from rtctl.identification.vo2.lateness import find_late_rows
 from rtctl.measured.dataset import Record
 
@@ -272,3 +277,32 @@ def test_a_record_that_begins_cold_does_not_change_the_speed():
     )
     assert found is not None
     assert found.value_s == pytest.approx(NOMINAL_S, rel=0.01)
+
+
+def two_speeds(slow_share: float, *, reads_after: bool, noise: float = 2e-3) -> Record:
+    """Steps from rest of a film of which a share follows in 12 ms, read before a row's current acts or after it."""
+    random = np.random.default_rng(4)
+    current = np.repeat(random.uniform(2.0, 9.0, 40), 80)
+    parts = np.full(2, current[0] ** 2)
+    v = np.empty(len(current))
+    for k, held in enumerate(current):
+        before = parts.copy()
+        parts = held**2 + (parts - held**2) * np.exp(-1e-3 / np.array([NOMINAL_S, 12e-3]))
+        seen = parts if reads_after else before
+        v[k] = math.sqrt((1.0 - slow_share) * seen[0] + slow_share * seen[1])
+    reading = np.array(RESISTANCE.simulate(v)) + noise * random.standard_normal(len(v))
+    return Record(name="r", period_s=1e-3, signals={"current": current, "resistance": np.exp(-reading)})
+
+
+@pytest.mark.parametrize("slow_share", [0.0, 0.2, 0.4])
+def test_nothing_that_a_film_does_later_looks_like_a_late_reading(slow_share):
+    for reads_after in (False, True):
+        record = two_speeds(slow_share, reads_after=reads_after)
+        for tau_s in (1.5e-3, 4e-3):  # which a fit of one time constant may end at
+            assert answers_own_current([record], RESISTANCE, None, tau_s) == reads_after
+        found = fit_time_constant([record], RESISTANCE, None, NOMINAL_S)
+        assert found is not None
+        assert found.reads_after == reads_after
+    few = record.signals["current"][:400]
+    short = Record(name="r", period_s=1e-3, signals={k: s[: len(few)] for k, s in record.signals.items()})
+    assert answers_own_current([short], RESISTANCE, None, NOMINAL_S)  # five steps tell nothing
