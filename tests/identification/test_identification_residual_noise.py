@@ -11,8 +11,9 @@ from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
 from rtctl.diagnosis.residual.projection import RecordRows, estimate_noise, project
-from rtctl.identification.noise.residual_noise import NoiseModel, fit_noise
+from rtctl.identification.noise.residual_noise import FINE_LENGTH, NoiseModel, fit_noise
 from rtctl.identification.noise.resonant_part import Resonance
+from rtctl.identification.noise.slow_noise import SlowPart
 
 FloatArray = NDArray[np.float64]
 SLOW = NoiseModel(np.array([-0.97]), 0.5)
@@ -133,8 +134,26 @@ def test_records_sampled_at_two_periods_are_whitened_each_in_its_own_colour() ->
     assert max(abs(one) for one in left(blind)) > 0.1
 
 
-def test_its_mean_square_is_that_of_the_autoregression():
-    assert NoiseModel(np.array([-0.9]), 2.0).mean_square == pytest.approx(2.0 / (1.0 - 0.81), rel=1e-2)
+@pytest.mark.parametrize("root", [0.5, 0.9, 0.999, 0.9999])
+def test_its_mean_square_is_that_of_the_autoregression(root):
+    assert NoiseModel(np.array([-root]), 2.0).mean_square == pytest.approx(2.0 / (1.0 - root**2), rel=1e-9)
+
+
+def test_its_mean_square_is_that_of_a_series():
+    """Of order two, against the Yule-Walker equations: gamma_0 = variance / (1 - rho_1 a_1 - rho_2 a_2)."""
+    first, second = 1.6, -0.9
+    one = first / (1.0 - second)
+    gamma = 3.0 / (1.0 - first * one - second * (first * one + second))
+    assert NoiseModel(np.array([-first, -second]), 3.0).mean_square == pytest.approx(gamma, rel=1e-9)
+
+
+def test_frequencies_at_the_ends_of_the_spectrum_count_half():
+    """Of a slow part over so many samples, by the series that has the power: Parseval."""
+    model = NoiseModel(np.array([-0.9]), 2.0, SlowPart(corner=0.1, exponent=2.0))
+    phases = np.exp(2j * np.pi * np.random.default_rng(1).random(FINE_LENGTH // 2 + 1))
+    phases[[0, -1]] = 1.0
+    series = np.fft.irfft(np.sqrt(FINE_LENGTH * model.power(FINE_LENGTH)) * phases, FINE_LENGTH)
+    assert model.mean_square == pytest.approx(np.mean(series**2), rel=1e-9)
 
 
 def test_outputs_in_unlike_units_keep_the_noise_of_their_own() -> None:

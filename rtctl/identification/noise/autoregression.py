@@ -77,6 +77,20 @@ def first_rows_of(coefficients: FloatArray, variance: float) -> FloatArray:
     return triangle
 
 
+def variance_of(coefficients: FloatArray, variance: float) -> float:
+    """Return the variance of the series of a stable autoregression, whose innovations have `variance`.
+
+    It is infinite where the autoregression is not stable.
+    """
+    a = coefficients
+    while len(a):  # Levinson's recursion backwards
+        left = 1.0 - a[-1] ** 2
+        if not left > 0.0:
+            return float("inf")
+        variance, a = variance / left, (a[:-1] - a[-1] * a[-2::-1]) / left
+    return float(variance)
+
+
 def whiten(series: FloatArray, kernel: FloatArray, begin: FloatArray) -> FloatArray:
     """Return `series` (..., n) behind `kernel` (1 + m,), its first m samples by the triangle `begin` (m, m)."""
     if len(kernel) - 1 <= MAX_DIRECT_ORDER:

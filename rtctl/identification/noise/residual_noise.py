@@ -97,8 +97,17 @@ class NoiseModel(NamedTuple):
 
     @property
     def mean_square(self) -> float:
-        """Mean square of the noise itself."""
-        return float(np.mean(self.power(FINE_LENGTH)))
+        """Mean square of the noise itself: of an autoregression exactly, of other parts by the sum of the power.
+
+        That of a slow part grows with the length of what is looked at, here `FINE_LENGTH` samples.
+        """
+        if self.slow is None and not self.resonant:
+            return autoregression.variance_of(self.coefficients, self.variance)
+        length = LONG_LENGTH if self.slow is None else FINE_LENGTH
+        power = self.power(
+            length
+        )  # 0 and half the sample rate stand once among the frequencies, others twice
+        return float((2.0 * power.sum() - power[0] - power[-1]) / length)
 
     def power(self, length: int) -> FloatArray:
         """Return the power (length // 2 + 1,) at the frequencies of a real FFT of `length`."""
