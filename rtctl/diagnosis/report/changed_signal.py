@@ -35,7 +35,9 @@ KNOWN = "known"
 """Shape of a mechanism: share of its steady effect that the loops held already where they were identified."""
 START = 0.3
 """Share of its scale at which such a mechanism starts."""
-AS_CORRECTIONS = "the extended model has {} as corrections of the signal; its loops were identified again with these in place"
+AS_CORRECTIONS = (
+    "the extended model has {} as corrections of the signal; its loops were identified again beside these"
+)
 UNDECIDED = (
     "each of {} alone could stand for what has changed in the signal since the model was identified, but {}: none is "
     "named"
