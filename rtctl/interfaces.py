@@ -33,7 +33,8 @@ class Estimate(NamedTuple):
     surrogate: float
     """What stands between reading and output, as the estimator's `surrogate` names it; NaN where unused."""
     confidence: float
-    """Standard error of `value` as the estimator believes it, same unit."""
+    """Standard error (one sigma) of `value` as the estimator believes it, same unit; no probability. The name stays:
+    parts of others read it."""
     status: int
     """`EstimateStatus` bits."""
 

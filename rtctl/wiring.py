@@ -312,7 +312,7 @@ def build_limits(scenario: Scenario, model: Any) -> tuple[CommandLimits, ...]:
     Raises InputError where the two contradict.
     """
     if model is None:
-        return tuple(table.command_limits() for table in scenario.limits.commands(scenario.profile))
+        return scenario.limits.of_commands(scenario.profile)
     return _support_of(scenario.scenario.plant).limits(scenario, model)
 
 

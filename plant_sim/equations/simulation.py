@@ -25,7 +25,7 @@ from rtctl.border.equations.file import EquationsFile
 from rtctl.border.errors import nearest
 from rtctl.border.mechanisms import Scales
 from rtctl.border.model_file import Value
-from rtctl.border.simulation import FreeParameter, Prediction, Stimulus
+from rtctl.border.simulation import FreeParameter, Prediction, Stimulus, with_parameter_values
 
 ABSURD = 1e100
 """Value [SI] that only a model without bound reaches."""
@@ -171,8 +171,7 @@ class EquationsSimulation:
 
     def with_values(self, values: FloatArray) -> EquationsSimulation:
         """Return the same model with `values` (parameters,) as its own."""
-        moved = zip(self.parameters, np.asarray(values, dtype=np.float64).tolist(), strict=True)
-        return replace(self, parameters=tuple(parameter._replace(value=value) for parameter, value in moved))
+        return replace(self, parameters=with_parameter_values(self.parameters, values))
 
     def extended(self, mechanisms: tuple[str, ...]) -> EquationsSimulation:
         """Return the same with these mechanisms at neutral; raises ValueError for one that the system has not."""

@@ -21,7 +21,7 @@ from plant_sim.oscillator.mechanisms import MECHANISMS
 from plant_sim.oscillator.motion import Equation
 from plant_sim.oscillator.nonparametric import UNNAMED
 from rtctl.border.arrays import FloatArray, IntArray
-from rtctl.border.simulation import FreeParameter, Prediction, Stimulus
+from rtctl.border.simulation import FreeParameter, Prediction, Stimulus, with_parameter_values
 from rtctl.border.work import count_work
 
 STEPS_OF_A_READING = 1.0
@@ -160,8 +160,7 @@ class OscillatorSimulation:
 
     def with_values(self, values: FloatArray) -> OscillatorSimulation:
         """Return the same model with `values` (parameters,) as its own."""
-        moved = zip(self.parameters, np.asarray(values, dtype=np.float64).tolist(), strict=True)
-        return replace(self, parameters=tuple(parameter._replace(value=value) for parameter, value in moved))
+        return replace(self, parameters=with_parameter_values(self.parameters, values))
 
     def extended(self, mechanisms: tuple[str, ...]) -> OscillatorSimulation:
         """Return the same with these mechanisms at neutral; shapes at their defaults, or 1 of their unit."""

@@ -55,14 +55,3 @@ def check_number(
     if not low <= number <= high:
         raise InputError(f"{name} {number:g} {limits}")
     return number
-
-
-def check_type(name: str, value: Any, expected: tuple[type, ...], words: str) -> None:
-    """Raise InputError, which names what was expected in `words`, where `value` is of none of the types."""
-    if not isinstance(value, expected):
-        raise InputError(f"{name} must be {words}, got {type(value).__name__} {_short(value)}")
-
-
-def _short(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
+import numpy as np
+
 from rtctl.border.arrays import FloatArray, IntArray
 from rtctl.border.mechanisms import Mechanism, Parameter
 
@@ -56,6 +58,14 @@ class FreeParameter(NamedTuple):
     declared: Parameter
     mechanism: str
     """Id of its mechanism; "" for the nominal model."""
+
+
+def with_parameter_values(
+    parameters: tuple[FreeParameter, ...], values: FloatArray
+) -> tuple[FreeParameter, ...]:
+    """Return `parameters` with `values` (parameters,) as their own."""
+    moved = zip(parameters, np.asarray(values, dtype=np.float64).tolist(), strict=True)
+    return tuple(parameter._replace(value=value) for parameter, value in moved)
 
 
 class Prediction(NamedTuple):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
 from rtctl.arithmetic.elementary import log
@@ -48,67 +49,56 @@ def reading_range(model: Vo2Model) -> Span:
     return Span(-math.log(model.resistance.high), -math.log(model.resistance.low))
 
 
-class _Direct:
-    """The shared part of both estimators: the reading and its range."""
+class _Direct(ABC):
+    """The shared part of both estimators: the reading and its range, and the memory of the hysteresis model."""
 
     surrogate = SURROGATE
 
-    def __init__(self, model: Vo2Model, fit: str) -> None:
+    def __init__(self, model: Vo2Model, hysteresis: EgpiModel | PreisachModel, fit: str) -> None:
         self._error = model.quality[fit].rms
         self._range = reading_range(model)
+        self._model = hysteresis
+        self._memory = self._packed()
         self._last = 0.0
 
-    def _reading(self, resistance_ohm: float) -> tuple[float, int]:
-        """Return -ln R within the margin, and its status; NaN if there is none."""
-        low, high = self._range
-        return clipped_reading(resistance_ohm, low, high, READING_MARGIN * self._range.width)
+    def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
+        """Start from a full cooling; see `Estimator`."""
+        self._memory = self._packed()
+        return self.step(levels, sensed, 0.0)
 
-    def _estimate(self, value: float, status: int) -> Estimate:
+    def step(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> Estimate:
+        """Return the estimate of one sample; the current is not used."""
+        low, high = self._range
+        u, status = clipped_reading(sensed[0], low, high, READING_MARGIN * self._range.width)
+        value, clipped = self._advance(u)
         if math.isfinite(value):
             self._last = value
-        return Estimate(self._last, math.nan, self._error, status)
+        return Estimate(self._last, math.nan, self._error, status | clipped)
+
+    @abstractmethod
+    def _advance(self, u: float) -> tuple[float, int]:
+        """Return the deflection [um] at -ln R = u, and the status of that; advance the memory."""
+
+    def _packed(self) -> FloatArray:
+        """Return the memory after a full cooling."""
+        return pack(self._model.initial_state(self._range.low), self._model.params)
 
 
 class DirectEgpiEstimator(_Direct):
     """The estimator by an EGPI on -ln R."""
 
     def __init__(self, model: Vo2Model) -> None:
-        super().__init__(model, "direct_egpi")
-        self._model: EgpiModel = model.direct_egpi
-        self._memory = self._packed()
+        super().__init__(model, model.direct_egpi, "direct_egpi")
 
-    def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
-        """Start from a full cooling; see `Estimator`."""
-        self._memory = self._packed()
-        return self.step(levels, sensed, 0.0)
-
-    def _packed(self) -> FloatArray:
-        return pack(self._model.initial_state(self._range.low), self._model.params)
-
-    def step(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> Estimate:
-        """Return the estimate of one sample; the current is not used."""
-        u, status = self._reading(sensed[0])
-        return self._estimate(packed_egpi_step(self._memory, u), status)
+    def _advance(self, u: float) -> tuple[float, int]:
+        return packed_egpi_step(self._memory, u), OK
 
 
 class DirectPreisachEstimator(_Direct):
     """The estimator by a Preisach model with ten levels on -ln R."""
 
     def __init__(self, model: Vo2Model) -> None:
-        super().__init__(model, "direct_preisach")
-        self._model: PreisachModel = model.direct_preisach
-        self._memory = self._packed()
+        super().__init__(model, model.direct_preisach, "direct_preisach")
 
-    def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
-        """Start from a full cooling; see `Estimator`."""
-        self._memory = self._packed()
-        return self.step(levels, sensed, 0.0)
-
-    def _packed(self) -> FloatArray:
-        return pack(self._model.initial_state(self._range.low), self._model.params)
-
-    def step(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> Estimate:
-        """Return the estimate of one sample; the current is not used."""
-        u, status = self._reading(sensed[0])
-        value, clipped = packed_preisach_step(self._memory, u)
-        return self._estimate(value, status | clipped)
+    def _advance(self, u: float) -> tuple[float, int]:
+        return packed_preisach_step(self._memory, u)

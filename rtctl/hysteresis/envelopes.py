@@ -106,9 +106,3 @@ def cooling_line(heating: Line, gaps: tuple[float, float], v_range: tuple[float,
         raise ValueError(f"gaps of the tanh arguments must be >= 0 at both ends of the range, got {gaps}")
     slope = (gaps[1] - gaps[0]) / (v_range[1] - v_range[0])
     return Line(heating.a + slope, heating.b + gaps[0] - slope * v_range[0])
-
-
-def gaps_of(heating: Line, cooling: Line, v_range: tuple[float, float]) -> tuple[float, float]:
-    """Return the differences of the tanh arguments at the two ends of the range [-]; the inverse of `cooling_line`."""
-    low, high = ((cooling.a - heating.a) * v + (cooling.b - heating.b) for v in v_range)
-    return low, high

@@ -1,8 +1,8 @@
 """Analytic right inverse of a GPI model: v = gamma^-1(u), u = PI^-1(y - c) = sum_j p^_j z_j (eqs. 7-11, 14).
 
 With P_k = p_0 + ... + p_k: p^_0 = 1/p_0, p^_k = -p_k / (P_k P_{k-1}) (eq. 11, whose minus the paper's
-transcription lost), r^_j = p_0 r_j + sum_{k<j} p_k (r_j - r_k); z_j is the classical play of y - c with
-radius r^_j.
+transcription lost), r^_j = p_0 r_j + sum_{0<k<j} p_k (r_j - r_k) (eq. 9); z_j is the classical play of y - c
+with radius r^_j.
 
 GPI(inv(y)) = y, but inv(GPI(v)) != v between the envelopes: there every v gives the same y, and the branch
 is a guess. State order: z (n,) [y unit], then the last v, then the branch (+1 heating, -1 cooling).

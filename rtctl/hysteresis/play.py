@@ -38,18 +38,3 @@ def run_play(w: float, u: FloatArray, r: float) -> FloatArray:
         w = play(w, u[k] - r, u[k] + r)
         out[k] = w
     return out
-
-
-@kernel
-def run_stop(s: float, u: FloatArray, r: float) -> FloatArray:
-    """Return outputs (samples,) of one stop of radius r: s <- clamp(s + du, -r, r); s belongs to the input u[0].
-
-    play + stop = identity, when the play starts from w = u[0] - s.
-    """
-    out = np.empty_like(u)
-    last = u[0] if u.size else 0.0
-    for k in range(u.size):
-        s = play(s + (u[k] - last), -r, r)
-        last = u[k]
-        out[k] = s
-    return out

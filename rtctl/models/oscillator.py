@@ -1,11 +1,10 @@
-"""Reading and writing an oscillator's model file; its meaning belongs to `plant_sim`."""
+"""Reading an oscillator's model file; its meaning belongs to `plant_sim`."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 from rtctl.border.model_file import ModelFile, read_model_file
-from rtctl.models.provenance import write_model_file
 
 KIND = "oscillator"
 
@@ -13,9 +12,3 @@ KIND = "oscillator"
 def read_oscillator_model(path: Path) -> ModelFile:
     """Return the checked model file; `model.value("damping", "1/s")`. Raises InputError."""
     return read_model_file(path, KIND)
-
-
-def write_oscillator_model(path: Path, model: ModelFile) -> None:
-    """Write the file, whole or not at all."""
-    tables = model.model_dump(exclude_none=True, exclude_defaults=True)
-    write_model_file(path, tables, tables.get("provenance", {}))

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import tomli_w
+from pydantic import BaseModel
 
 from rtctl.border.units.quantities import read_toml
 from rtctl.output.atomic_write import replacing
@@ -33,6 +34,12 @@ def write_model_file(path: Path, tables: Mapping[str, Any], provenance: Mapping[
     command = maker_of_model(provenance)
     with replacing(path, command) as partial:
         partial.write_text(f"# Written by {mark_of(command)}\n\n{tomli_w.dumps(tables)}", encoding="utf-8")
+
+
+def write_checked_model(path: Path, model: BaseModel) -> None:
+    """Write a checked model file with its own `provenance`; numbers that are plain in an expression stay as texts."""
+    tables = model.model_dump(exclude_none=True, exclude_defaults=True)
+    write_model_file(path, tables, tables.get("provenance", {}))
 
 
 def doubt_of_model(path: Path) -> str:

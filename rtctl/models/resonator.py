@@ -197,12 +197,6 @@ class ResonatorModel:
         """Return the current [mA] that keeps an amplitude at phase resonance."""
         return holding_current(amplitude_um, self)
 
-    def bent_hz(self, amplitude_um: float) -> float:
-        """Return the shift [Hz] of the backbone from the linear resonance, by one harmonic."""
-        a2 = amplitude_um * amplitude_um
-        squared = self.stiffness + a2 * (0.75 * self.cubic + 0.625 * self.quintic * a2)
-        return (math.sqrt(max(squared, 0.0)) - self.resonance) / (2.0 * math.pi)
-
     def backbone_hz(self, amplitude_um: float) -> float:
         """Return the frequency [Hz] of free vibration with this first harmonic, NaN where there is none."""
         found = backbone(amplitude_um, stiffness=self.stiffness, cubic=self.cubic, quintic=self.quintic)

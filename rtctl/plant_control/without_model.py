@@ -63,7 +63,7 @@ class WithoutModel:
 
     def limits(self, scenario: Scenario, model: Any) -> tuple[CommandLimits, ...]:
         """Return those of the scenario."""
-        return tuple(table.command_limits() for table in scenario.limits.commands(scenario.profile))
+        return scenario.limits.of_commands(scenario.profile)
 
     def control(self, scenario: Scenario, model: Any, delay: int) -> Control:
         """Return a PID with gains by hand. Raises InputError: all other controllers of such a plant are the user's."""

@@ -190,8 +190,3 @@ class PlantKind:
             for channel in channels
         }
         return self.profile.in_units(by_channel) if by_channel else self.profile
-
-    @property
-    def needs_units(self) -> tuple[str, ...]:
-        """Keys of `[scenario]` that a scenario of this kind must have."""
-        return tuple(self.units_from)

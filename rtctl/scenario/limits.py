@@ -107,6 +107,10 @@ class LimitsTable(ChannelLimits):
         """Return the limits of every command of the profile, in its order."""
         return (self, *(getattr(self, channel.name) for channel in profile.commands[1:]))
 
+    def of_commands(self, profile: DeviceProfile) -> tuple[CommandLimits, ...]:
+        """Return the limits of every command of the profile as the loop holds them, in its order."""
+        return tuple(table.command_limits() for table in self.commands(profile))
+
     def readings(self, profile: DeviceProfile) -> tuple[Range, ...]:
         """Return the range of every reading, in order; one without a table takes the first's if it has its unit."""
         ranges = []

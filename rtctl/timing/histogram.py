@@ -104,11 +104,6 @@ class Histogram:
                 return min(0.5 * (low + high), float(self.largest_ns))
         raise AssertionError("the counts do not add up to the count")
 
-    def share_above(self, duration_ns: float) -> float:
-        """Return the share of durations in buckets above that of `duration_ns`; NaN if there are no durations."""
-        above, total = sum(count for low, _, count in self.buckets() if low > duration_ns), self.count
-        return above / total if total else math.nan
-
     def buckets(self) -> Iterator[Bucket]:
         """Yield the buckets that are not empty, in rising order."""
         counts = self._counts[0, :BUCKETS]

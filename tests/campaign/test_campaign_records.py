@@ -12,7 +12,7 @@ import pytest
 from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Stimulus
 from rtctl.cli import main
-from rtctl.models.oscillator import write_oscillator_model
+from rtctl.models.provenance import write_checked_model
 from rtctl.wiring_models import build_simulation
 
 TRUTH = {"damping": (4.0, "1/s"), "stiffness": (9000.0, "1/s^2"), "drive_gain": (300.0, "mm/s^2/V")}
@@ -68,7 +68,7 @@ show = "nrmse"
 def folder(tmp_path: Path) -> Path:
     parameters = {name: {"value": value, "unit": unit} for name, (value, unit) in TRUTH.items()}
     model = ModelFile.model_validate({"model": {"kind": "oscillator", "parameters": parameters}})
-    write_oscillator_model(tmp_path / "model.toml", model)
+    write_checked_model(tmp_path / "model.toml", model)
     simulation = build_simulation(model, {"drive": "V", "displacement": "mm"}, "test")
     drive = np.random.default_rng(1).standard_normal(800)
     stimulus = Stimulus(inputs={"drive": drive}, holds={"drive": "linear"}, period_s=1e-3)

@@ -36,7 +36,7 @@ def test_the_threshold_of_the_tests_is_on_the_page() -> None:
 
 def test_a_small_p_of_a_model_with_nothing_wrong_is_explained() -> None:
     said = describe_tests(answer("adequate", 0.3, 1.4e-4, 0.9, 0.02, 0.6))
-    assert "The smallest p, 0.00014, is below that all the same, and it counts as chance" in said
+    assert "The smallest p, 0.00014, is below that. It counts as chance" in said
     assert "counts as chance" not in describe_tests(answer("unexplained", 1e-9, 0.5))
 
 

@@ -179,7 +179,7 @@ def test_an_error_far_above_the_noise_is_explained_beside_nothing_is_wrong(
         friction.answer, verdict=verdict, causes=(), gain=gain._replace(before=gain.noise_floor * 1e3 * error)
     )
     print_diagnosis(found, tmp_path)
-    assert ("far above the noise all the same" in capsys.readouterr().out) is told
+    assert ("still far above the noise" in capsys.readouterr().out) is told
 
 
 def test_what_is_left_beside_a_cause_takes_its_probability(

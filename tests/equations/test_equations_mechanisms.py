@@ -16,7 +16,7 @@ from rtctl.border.errors import InputError
 from rtctl.border.mechanisms import Scales
 from rtctl.border.model_file import Value
 from rtctl.border.simulation import Stimulus
-from rtctl.models.equations import write_equations_model
+from rtctl.models.provenance import write_checked_model
 
 UNITS = {"u": "mV", "y": "V"}
 SCALES = Scales(1.0, 1.0, 1.0, 1.0, 0.02, 1600.0, 4.0, 1.0)
@@ -107,7 +107,7 @@ def test_a_file_with_a_mechanism_moves_as_it_does(
         }
     }
     file = tmp_path / "extended.toml"
-    write_equations_model(file, own.written(read_equations(written(tmp_path, TANKS)), tables))
+    write_checked_model(file, own.written(read_equations(written(tmp_path, TANKS)), tables))
     again = read_equations(file)
     assert [one.id for one in again.model.mechanisms] == ([identity] if identity in BY_ID else [])
     change = run(own) - plain

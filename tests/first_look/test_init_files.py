@@ -356,7 +356,7 @@ def test_a_hold_that_no_row_shows_is_told_until_it_is_said(tmp_path: Path) -> No
     found = guessed(path)
     assert found.dataset.holds == {"drive": "linear"}
     (told,) = found.unsure
-    for words in ("cannot be seen", 'hold = "linear"', "--hold zero", "half a sample of delay"):
+    for words in ("do not show how it goes on", 'hold = "linear"', "--hold zero", "half a sample of delay"):
         assert words in told
     assert rtctl.init(path, out=tmp_path / "said", plot=False, hold="zero").unsure == ()
 

@@ -133,7 +133,7 @@ def test_the_sentence_is_taken_and_told_wherever_it_stands(tmp_path: Path, write
     assert guess.hold == "zero"
     assert SENTENCE in guess.hold_why
     assert SENTENCE in found.path.read_text()
-    assert [one for one in found.unsure if "cannot be seen" in one] == []
+    assert [one for one in found.unsure if "do not show how it goes on" in one] == []
     assert len([one for one in found.unsure if 'hold = "zero" by' in one]) == 1
 
 

@@ -24,6 +24,14 @@ def classical_play(u, w, r):
     return generalised_play(u, w, lambda x: x, lambda x: x, r)
 
 
+def classical_stop(u, s, r):
+    """s <- clamp(s + du, -r, r); `s` is the output at u[0]."""
+    outputs = [s]
+    for du in np.diff(u):
+        outputs.append(min(max(outputs[-1] + du, -r), r))
+    return np.array(outputs)
+
+
 def gpi(v, w0, p, r, gamma_R, gamma_L, c):
     """Eq. 6, from the memories w0 at v[0]."""
     plays = [generalised_play(v, w, gamma_R, gamma_L, radius) for w, radius in zip(w0, r, strict=True)]

@@ -12,7 +12,7 @@ from hysteresis_cases import HIGH, LOW, claim, egpi_models, gpi_models, historie
 from hysteresis_oracles import classical_play, generalised_play, gpi
 
 from rtctl.hysteresis.egpi import EgpiModel, egpi_step
-from rtctl.hysteresis.envelopes import Line, cooling_line, crossing_depth, gaps_of
+from rtctl.hysteresis.envelopes import Line, cooling_line, crossing_depth
 from rtctl.hysteresis.gpi import GpiModel, gpi_step
 
 
@@ -82,7 +82,8 @@ def test_gaps_that_are_not_negative_keep_the_order_of_every_play(pair):
     heating, cooling = pair
     r = np.array([0.0, 0.3])
     assert (crossing_depth(heating, cooling, r, (LOW, HIGH)) <= 1e-9).all()
-    low, high = (max(gap, 0.0) for gap in gaps_of(heating, cooling, (LOW, HIGH)))  # -0.0 by rounding
+    gaps = ((cooling.a - heating.a) * v + (cooling.b - heating.b) for v in (LOW, HIGH))
+    low, high = (max(gap, 0.0) for gap in gaps)  # -0.0 by rounding
     np.testing.assert_allclose(cooling_line(heating, (low, high), (LOW, HIGH)), cooling, atol=1e-9)
 
 

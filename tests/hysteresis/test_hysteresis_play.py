@@ -6,9 +6,9 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 from hysteresis_cases import claim, histories
-from hysteresis_oracles import classical_play
+from hysteresis_oracles import classical_play, classical_stop
 
-from rtctl.hysteresis.play import classical_plays, run_play, run_stop
+from rtctl.hysteresis.play import classical_plays, run_play
 
 radius = st.floats(0.0, 3.0)
 
@@ -31,7 +31,7 @@ def test_plays_compose_by_adding_radii(u, a, b):
 @given(histories(), radius, st.floats(-1.0, 1.0))
 def test_play_plus_stop_is_the_identity(u, r, start):
     s = r * start
-    np.testing.assert_allclose(run_play(u[0] - s, u, r) + run_stop(s, u, r), u, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(run_play(u[0] - s, u, r) + classical_stop(u, s, r), u, rtol=0.0, atol=1e-12)
 
 
 @claim

@@ -13,9 +13,10 @@ from rtctl.hysteresis.gpi import GpiModel
 from rtctl.identification.vo2 import play_fit
 from rtctl.identification.vo2.play_fit import (
     PARAMETERS,
+    EnvelopePairs,
     PlayProblem,
     compute_envelopes,
-    compute_play_regressors,
+    compute_play_columns,
     fit_plays,
     spread_starts,
 )
@@ -59,6 +60,13 @@ def known_egpi():
     )  # fmt: skip
 
 
+def plays_of(v, radii, a_R, b_R, a_L, b_L):
+    """Outputs (n, plays) of generalised plays that start on the cooling branch; equations (3), (4)."""
+    still = np.zeros((2, PARAMETERS, len(radii)))
+    arguments = play_fit._compute_arguments(v, EnvelopePairs(a_R, b_R, a_L, b_L))
+    return compute_play_columns(v, np.ones(len(v), dtype=bool), radii, *arguments, still, still)[:, 0].T
+
+
 def test_a_known_gpi_is_reproduced_from_noise_free_data_and_on_data_never_seen():
     v, model = damped_oscillation(), known_gpi()
     y = model.simulate(v)
@@ -66,7 +74,7 @@ def test_a_known_gpi_is_reproduced_from_noise_free_data_and_on_data_never_seen()
     fit = fit_plays(problem, spread_starts(problem, 6, seed=0), evaluations=100)
     assert np.abs(fit.residual).max() < 1e-3 * np.ptp(y)
     unseen = np.concatenate(([0.0], np.random.default_rng(3).uniform(LOW, HIGH, 500)))
-    outputs = compute_play_regressors(unseen, problem.radii, *fit.envelopes)
+    outputs = plays_of(unseen, problem.radii, *fit.envelopes)
     error = outputs @ fit.weights + fit.free[0] - model.simulate(unseen)
     assert np.abs(error[1:]).max() < 1e-3 * np.ptp(y)
     assert fit.weights[0] >= 0.02 * np.ptp(y), "the analytic inverse divides by it"
@@ -117,7 +125,7 @@ def test_a_least_first_weight_is_added_once(common):
     y = model.simulate(v)
     problem = problem_of(v, y, 3, common=common, least=0.9 * float(np.ptp(y)))  # more than the data want
     fit = fit_plays(problem, spread_starts(problem, 1, seed=0), evaluations=5)
-    outputs = compute_play_regressors(v, problem.radii, *fit.envelopes)
+    outputs = plays_of(v, problem.radii, *fit.envelopes)
     np.testing.assert_allclose(fit.residual, (y - outputs @ fit.weights - fit.free[0])[v > 0.0], atol=1e-9)
     assert fit.weights[0] >= 0.9 * np.ptp(y)
 
@@ -159,7 +167,7 @@ def test_one_pair_is_the_envelope_of_every_play():
 
 def test_regressors_are_the_plays_of_the_hysteresis_package():
     v, model = damped_oscillation(), known_egpi()
-    outputs = compute_play_regressors(v, model.r, model.a_R, model.b_R, model.a_L, model.b_L) @ model.p
+    outputs = plays_of(v, model.r, model.a_R, model.b_R, model.a_L, model.b_L) @ model.p
     expected = model.simulate(v) - model.c3 - model.c2 * v
     heated = int(v.argmax())
     np.testing.assert_allclose(outputs[heated:], expected[heated:], atol=1e-12)
@@ -208,11 +216,9 @@ def test_a_parameter_moves_the_residual_through_its_own_play_alone():
     v = damped_oscillation(step=0.1)
     problem = problem_of(v, known_egpi().simulate(v), 3, common=False, linear=True)
     theta = spread_starts(problem, 1, 0)[0]
-    base = compute_play_regressors(v, problem.radii, *compute_envelopes(theta, 3))
+    base = plays_of(v, problem.radii, *compute_envelopes(theta, 3))
     for k in range(len(theta)):
-        moved = compute_play_regressors(
-            v, problem.radii, *compute_envelopes(theta + 0.01 * np.eye(len(theta))[k], 3)
-        )
+        moved = plays_of(v, problem.radii, *compute_envelopes(theta + 0.01 * np.eye(len(theta))[k], 3))
         changed = np.flatnonzero(np.abs(moved - base).max(axis=0) > 1e-9)
         assert set(changed) <= {k // PARAMETERS}
 

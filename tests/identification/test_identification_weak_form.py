@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from filtered_regression import regress_filtered
 from oscillator_cases import DUFFING, HM, RM5, RM5_QUINTIC, beam_records, multisine, oscillator, record_of
 
 from rtctl.border.simulation import Stimulus
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.regression.mean_filter import regress_filtered
 from rtctl.identification.regression.weak_form import choose_half_width, estimate_white_noise, regress
 from rtctl.identification.scales import find_dominant_rate
 

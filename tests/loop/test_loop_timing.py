@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import os
 import sys
 from pathlib import Path
@@ -59,11 +58,6 @@ def test_nothing_is_lost(values: list[int]) -> None:
 def test_counts_stand_between_ones_twos_and_fives() -> None:
     found = histogram_of([1500, 1500, 4000, 90_000]).decades_us()
     assert found == {"at_most": [2.0, 5.0, 10.0, 20.0, 50.0, 100.0], "count": [2, 1, 0, 0, 0, 1]}
-
-
-def test_the_share_above_a_duration() -> None:
-    assert histogram_of([10, 20, 30, 40]).share_above(20) == 0.5
-    assert math.isnan(Histogram().share_above(1.0))
 
 
 def test_nothing_timed_is_null_in_the_summary(tmp_path: Path) -> None:

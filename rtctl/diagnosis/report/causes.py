@@ -27,16 +27,16 @@ from rtctl.diagnosis.verification.verify import Verified
 from rtctl.diagnosis.verification.wald_test import WrongValue
 
 HYSTERESIS_STATEMENT = (
-    "The static loops are modelled too coarsely, relays switch together: of the staircases, cells placed where they do "
-    "leave {}. Learned anew from the staircases and the fitted records."
+    "Relays switch together, so the static loops are too coarse. Cells placed at the switching points reduce the "
+    "misfit on the staircases to {}. The loops were identified again from the staircases and the fitted records."
 )
 REFITTED_LOOPS = (
     "the static loops of the extended model were identified again from the staircases and the fitted records, which "
     "reduces the error on the test records: this is no cause, since the staircases did not measure between their levels"
 )
 COARSE_LOOPS = (
-    "the static loops of the model are coarse, which the staircases show, and were identified again for the extended "
-    "model. That is {:.1%} of the squared error: an error of the identification beside the causes, and not named"
+    "the staircases show that the static loops of the model are too coarse. They were identified again for the "
+    "extended model, which removes {:.1%} of the squared error: an error of the identification, and no cause"
 )
 CORRECTED = (
     "{} is in the extended model but is no cause: the model was identified while the causes acted, and once they are "

@@ -36,11 +36,11 @@ KNOWN = "known"
 START = 0.3
 """Share of its scale at which such a mechanism starts."""
 AS_CORRECTIONS = (
-    "the extended model has {} as corrections of the signal, behind which its loops were identified again"
+    "the extended model has {} as corrections of the signal; its loops were identified again beside these"
 )
 UNDECIDED = (
-    "{} would each bring back most of the error that returns where the signal is as the model's identification had it, "
-    "but {}: none is named"
+    "each of {} alone could stand for what has changed in the signal since the model was identified, but {}: none is "
+    "named"
 )
 TOO_MANY = "something else is missing too, and these data do not decide between them"
 NOT_LOWER = "the error on the test records does not fall with certainty"

@@ -28,26 +28,26 @@ NO_GAIN = (
     "reading or the fitted records only; do not use the extended model before that is understood"
 )
 FAILED_TEST = (
-    'what is left is not only noise: of {} tests for what could be in it, that for "{}" is the clearest (noise alone '
-    "would give such a result with a probability of p {})"
+    'what is left is not only noise: of {} tests for what could be in it, the one for "{}" is the clearest (noise '
+    "alone would give such a result with a probability of p {})"
 )
 
 INPUT_NOISE = (
     "the recorded {name} holds noise of {rms:.2g} {unit} (RMS) or more that the device did not feel but the simulation "
-    "answers: {left:.0%} of the residual (RMS). Nothing of the device is wrong there; a quieter reading of the {name}, "
-    "or the command as input, would leave less"
+    "answers: {left:.0%} of the residual (RMS). This is no error of the model; a quieter reading of the {name}, or the "
+    "command as input, would leave less"
 )
 
 TAKEN_NOISE = (
     "the recorded {name} holds noise of {rms:.2g} {unit} (RMS) or more that the device did not feel: it is taken off "
-    "the {name} here, as only the simulation would answer it ({left:.0%} of the residual, RMS). Nothing of the "
-    "device is wrong there; a quieter reading of the {name} would leave less"
+    "the {name} here, since only the simulation would answer it ({left:.0%} of the residual, RMS). This is no error of "
+    "the model; a quieter reading of the {name} would leave less"
 )
 DELAY_DOUBT = (
-    "{id} is uncertain by half a sample, {half}, beyond its interval as long as it is not known how the {signal} goes "
-    'on between its samples: hold = "linear" in the manifest is a guess where nothing shows it, and a drive that a '
-    'converter holds ("zero") comes that much later by itself. If it does, write hold = "zero" in [signals.{signal}] '
-    "and run rtctl identify and rtctl diagnose again"
+    "{id} is uncertain by half a sample, {half}, beyond its interval, as nothing shows how the {signal} goes on "
+    'between its samples: hold = "linear" in the manifest is a guess, and a drive that a converter holds ("zero") acts '
+    'that much later by itself. If a converter holds it, write hold = "zero" in [signals.{signal}] and run rtctl '
+    "identify and rtctl diagnose again"
 )
 LAG_DOUBT = (
     "{id} is no longer than a sample, and half a sample, {half}, is what a wrong hold looks like: it may be no lag of "

@@ -10,12 +10,13 @@ class BudgetThresholds:
     """How much a diagnosis may simulate [steps].
 
     Work also counts what whitening and linear algebra cost, in steps. One step takes 8 to 37 ns of one core (single
-    effects of the blind generator, on two machines); the seconds below are those of 14 ns a step.
+    effects of the blind generator, on two machines), so the default budget of a whole search takes about 40 to 180 s;
+    the seconds of the other rows are those of 14 ns a step.
     """
 
     search: float = 4800e6
-    """Work [steps] of the whole search, after which no further fit begins: about 66 s, so that what is under way then
-    and the answer are done by 90 s. Half of it left five of 111 blind cases without an answer, or with part of one."""
+    """Work [steps] of the whole search, after which no further fit begins: about 40 to 180 s. Half of it left five of
+    111 blind cases without an answer, or with part of one."""
     overrun: float = 1080e6
     """Work [steps] by which the last comparisons may exceed the search's budget: about 15 s."""
     least_comparison: float = 220e6
@@ -41,10 +42,11 @@ class BudgetThresholds:
     """Time of a step [s] of the rest, which is whitening and linear algebra: 492 million took 14.3 s (the Silverbox,
     whose simulated steps take 6e-9 s; it was told 33 s, and took 112)."""
     timed_evaluations: int = 3
-    """Evaluations of the fitted nominal model that are timed, to tell how long a search takes; the shortest counts."""
+    """Number of evaluations of the fitted nominal model that are timed, to tell how long a search takes; the shortest
+    counts [–]."""
     evaluations_of_one: float = 2200.0
-    """Such evaluations that a search takes, page and pictures included, where one cause explains the data: the middle
-    of 1574 and 3116 (blind oscillators 5201 and 5203)."""
+    """Number of such evaluations that a search takes, page and pictures included, where one cause explains the data:
+    the middle of 1574 and 3116 (blind oscillators 5201 and 5203) [–]."""
     evaluations_of_two: float = 12000.0
-    """The same where it takes two: 12863 and 11049 (5202 and 5204). An evaluation of two causes costs twice the nominal
-    one, and sets of two follow all sets of one."""
+    """The same where it takes two: 12863 and 11049 (5202 and 5204) [–]. An evaluation of two causes costs twice the
+    nominal one, and sets of two follow all sets of one."""

@@ -1,1 +1,1 @@
-"""The Preisach model: Everett function, regressors, corners, inverse."""
+"""The Preisach model: Everett function, regressors, corners."""

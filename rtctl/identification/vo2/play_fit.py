@@ -270,24 +270,6 @@ def differentiate_envelopes(theta: FloatArray, plays: int) -> tuple[FloatArray, 
     return np.tile(shift, repeated), np.tile(stretch, repeated)
 
 
-def compute_play_regressors(
-    v: FloatArray, radii: FloatArray, a_R: FloatArray, b_R: FloatArray, a_L: FloatArray, b_L: FloatArray
-) -> FloatArray:
-    """Return outputs (n, plays) of generalised plays that start on the cooling branch; equations (3), (4).
-
-    Args:
-        v: (n,) input.
-        radii: (plays,) radii.
-        a_R: (plays,) slope of the heating envelope's argument.
-        b_R: (plays,) offset of the heating envelope's argument.
-        a_L: (plays,) slope of the cooling envelope's argument.
-        b_L: (plays,) offset of the cooling envelope's argument.
-    """
-    still = np.zeros((2, PARAMETERS, len(radii)))
-    arguments = _compute_arguments(v, EnvelopePairs(a_R, b_R, a_L, b_L))
-    return compute_play_columns(v, np.ones(len(v), dtype=bool), radii, *arguments, still, still)[:, 0].T
-
-
 def _compute_arguments(v: FloatArray, pairs: EnvelopePairs) -> tuple[FloatArray, FloatArray]:
     """Return x = a v + b of all edges and tanh x, each (2, plays, n); numpy's tanh is vectorised, libm's is not."""
     a, b = np.stack((pairs.a_R, pairs.a_L)), np.stack((pairs.b_R, pairs.b_L))

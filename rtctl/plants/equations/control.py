@@ -78,7 +78,7 @@ class EquationsSupport:
 
     def limits(self, scenario: Scenario, model: StateSpace) -> tuple[CommandLimits, ...]:
         """Return those of the scenario."""
-        return tuple(table.command_limits() for table in scenario.limits.commands(scenario.profile))
+        return scenario.limits.of_commands(scenario.profile)
 
     def control(self, scenario: Scenario, model: StateSpace, delay: int) -> Control:
         """Return a PID with gains from the model, or by hand. Raises InputError."""

@@ -29,7 +29,7 @@ from rtctl.diagnosis.problem.subject import (
 from rtctl.identification.equations.structure import undetermined_parameters
 from rtctl.identification.scales import estimate_scales
 from rtctl.measured.dataset import Dataset
-from rtctl.models.equations import write_equations_model
+from rtctl.models.provenance import write_checked_model
 from rtctl.plants.equations.starts import with_common_start
 from rtctl.plants.equations.undetermined import describe_held
 
@@ -220,4 +220,4 @@ def extended_model(
 
 
 def _write(path: Path, model: EquationsFile, provenance: dict[str, Any]) -> None:
-    write_equations_model(path, model.model_copy(update={"provenance": provenance}))
+    write_checked_model(path, model.model_copy(update={"provenance": provenance}))

@@ -33,7 +33,8 @@ from rtctl.identification.oscillator.response import describe_response
 from rtctl.identification.scales import find_largest_displacement
 from rtctl.models.derived.oscillator import derive_oscillator
 from rtctl.models.derived.quantity import Derived
-from rtctl.models.oscillator import read_oscillator_model, write_oscillator_model
+from rtctl.models.oscillator import read_oscillator_model
+from rtctl.models.provenance import write_checked_model
 from rtctl.plants.oscillator.steady import by_steady_state
 
 GENERIC: tuple[tuple[str, str, Callable[..., FloatArray]], ...] = (
@@ -166,7 +167,7 @@ def extended_model(
 
 
 def _write(path: Path, model: ModelFile, provenance: dict[str, Any]) -> None:
-    write_oscillator_model(path, model.model_copy(update={"provenance": provenance}))
+    write_checked_model(path, model.model_copy(update={"provenance": provenance}))
 
 
 def _relative_errors(model: ModelFile) -> dict[str, float]:

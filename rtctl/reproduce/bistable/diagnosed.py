@@ -20,7 +20,7 @@ from rtctl.diagnosis.diagnose import diagnose
 from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.search.request import DiagnosisOptions
 from rtctl.measured import read_dataset
-from rtctl.models.oscillator import write_oscillator_model
+from rtctl.models.provenance import write_checked_model
 from rtctl.output.atomic_write import replacing
 from rtctl.output.own_files import mark_of
 from rtctl.recording import write_parquet
@@ -87,7 +87,7 @@ def diagnosed(manifest: Path, model: ModelFile, mechanisms: Sequence[str] | None
     """Return the diagnosis's answer on a dataset, as `rtctl diagnose` writes it."""
     dataset = read_dataset(manifest)
     path = manifest.parent / "model.toml"
-    write_oscillator_model(path, model)
+    write_checked_model(path, model)
     own = subject_of("oscillator").read_model(path)
     simulation = build_simulation(model, dataset.units, str(path))
     ids = tuple(mechanisms or mechanism_ids("oscillator"))

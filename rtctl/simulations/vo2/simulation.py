@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.mechanisms import drift_of
-from rtctl.border.simulation import FreeParameter, Prediction, Stimulus
+from rtctl.border.simulation import FreeParameter, Prediction, Stimulus, with_parameter_values
 from rtctl.border.work import count_work
 from rtctl.models.vo2 import SURROGATE, Vo2Model
 from rtctl.simulations.vo2.current import pieces_of
@@ -109,8 +109,7 @@ class Vo2Simulation:
 
     def with_values(self, values: FloatArray) -> Vo2Simulation:
         """Return the same model with `values` (parameters,) as its own."""
-        moved = zip(self.parameters, np.asarray(values, dtype=np.float64).tolist(), strict=True)
-        return replace(self, parameters=tuple(parameter._replace(value=value) for parameter, value in moved))
+        return replace(self, parameters=with_parameter_values(self.parameters, values))
 
     def extended(self, mechanisms: tuple[str, ...]) -> Vo2Simulation:
         """Return the same model with these mechanisms at neutral; shapes at their defaults or scales."""

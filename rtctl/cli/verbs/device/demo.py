@@ -10,7 +10,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of `rtctl demo`."""
     parser.add_argument("--device", default="vo2_a", help="plant file or bundled name (default vo2_a)")
     parser.add_argument("--out", type=Path, default=Path("out/demo"), help="folder of the results")
-    parser.add_argument("--seed", type=int, default=1, help="of the simulated device's noise (default 1)")
+    parser.add_argument(
+        "--seed", type=int, default=1, help="seed of the simulated device's noise (default 1)"
+    )
 
 
 def run(args: argparse.Namespace) -> int:

@@ -16,7 +16,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--period", action="append", default=[], metavar="TIME",
         help='such as "1 ms"; repeat for several (default: 10 ms down to 0.1 ms; scpi: 50 ms down to 2 ms)',
     )  # fmt: skip
-    parser.add_argument("--duration", default="2 s", metavar="TIME", help="of each period (default: 2 s)")
+    parser.add_argument(
+        "--duration", default="2 s", metavar="TIME", help="time at each period (default: 2 s)"
+    )
     parser.add_argument("--priority", type=int, help="SCHED_FIFO priority, 1 to 99, if permitted")
     parser.add_argument("--cpu", type=int, help="the only CPU of the loop")
     parser.add_argument(

@@ -16,29 +16,35 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="plant file, a unit (FILE.fmu), or the name of a bundled one: vo2_a, vo2_b, vo2_l2p, me_a, beam_hm, ...",
     )
     wire = parser.add_mutually_exclusive_group(required=True)
-    wire.add_argument("--modbus-rtu", type=Path, metavar="PATH", help="link to the pty to be made here")
-    wire.add_argument("--modbus-tcp", metavar="HOST:PORT", help="port 0: a free one, printed")
-    wire.add_argument("--serial", type=Path, metavar="PATH", help="the same with the plain serial protocol")
+    wire.add_argument(
+        "--modbus-rtu", type=Path, metavar="PATH", help="Modbus RTU on a new pty, linked to PATH"
+    )
+    wire.add_argument("--modbus-tcp", metavar="HOST:PORT", help="Modbus TCP; port 0: a free one, printed")
+    wire.add_argument(
+        "--serial", type=Path, metavar="PATH", help="plain serial protocol on a new pty, linked to PATH"
+    )
     wire.add_argument(
         "--scpi",
         metavar="PLACE",
-        help="a simulated source meter in front of the device, at HOST:PORT or a pty's link",
+        help="a simulated source meter in front of the device, at HOST:PORT or on a new pty, linked to PLACE",
     )
     parser.add_argument(
         "--instrument", default="keithley-2450", metavar="NAME",
-        help="of --scpi: keithley-2400, keithley-2450 (default), keithley-2600 or keysight-b2900",
+        help="which source meter with --scpi: keithley-2400, keithley-2450 (default), keithley-2600 or keysight-b2900",
     )  # fmt: skip
     parser.add_argument(
         "--voltmeter", metavar="PLACE",
-        help="beside --scpi: an SCPI voltmeter that reads the external instrument, 0.1 V for 1 um",
+        help="with --scpi: also an SCPI voltmeter that reads the external instrument, 0.1 V for 1 um",
     )  # fmt: skip
     parser.add_argument(
-        "--baud", type=int, help="of the pty: its bytes take the time of such a line (default: no time)"
+        "--baud",
+        type=int,
+        help="with a pty: bytes take the time of a line of this baud rate (default: no time)",
     )
     parser.add_argument(
-        "--journal", type=Path, metavar="CSV", help="what the device did, written by itself at its end"
+        "--journal", type=Path, metavar="CSV", help="file in which the device writes at its end what it did"
     )
-    parser.add_argument("--seed", type=int, help="of the noise (default: the plant file's)")
+    parser.add_argument("--seed", type=int, help="seed of the noise (default: the plant file's)")
     parser.add_argument(
         "--faults", default="", metavar="FILE|SPEC",
         help='what goes wrong on purpose: a TOML file, or "drop rate=0.01; sensor_fault at=5s duration=200ms"',

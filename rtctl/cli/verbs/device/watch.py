@@ -24,7 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="a run under way: its folder or the control.sock in it; or a page served elsewhere: http://HOST:PORT/TOKEN/",
     )
     parser.add_argument(
-        "--port", type=int, help="of this machine; 0: a free one (default: 8787, or a free one)"
+        "--port", type=int, help="port of the page; 0: any free one (default: 8787, or a free one)"
     )
     parser.add_argument(
         "--control",

@@ -1,4 +1,4 @@
-"""Measured data -> model: parameters of an oscillator or of equations with errors, a vo2's read-outs and heating."""
+"""Measured data -> model: an oscillator's or equations' parameters with errors, or a VO2 film's loops and heating."""
 
 from __future__ import annotations
 
@@ -16,16 +16,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--model",
         type=Path,
-        help="of an oscillator or of equations: where to start, which parameters are fixed, what it consists of",
+        help="oscillator and equations only: model file with start values, fixed parameters and mechanisms",
     )
-    parser.add_argument("--plays", type=int, help="of a vo2: play operators a model (default 6)")
+    parser.add_argument("--plays", type=int, help="VO2 only: play operators per model (default 6)")
     parser.add_argument(
         "--cells",
         type=int,
-        help="of a vo2: cells along an edge of the fine Preisach models, 8 to 80 (default 80)",
+        help="VO2 only: cells along an edge of the fine Preisach models, 8 to 80 (default 80)",
     )
-    parser.add_argument("--starts", type=int, help="starts of each fit (default 14 for a vo2, else 6)")
-    parser.add_argument("--seed", type=int, default=0, help="of the starts (default 0)")
+    parser.add_argument(
+        "--starts", type=int, help="number of random starts of each fit (default 14 for VO2, else 6)"
+    )
+    parser.add_argument("--seed", type=int, default=0, help="seed of the random starts (default 0)")
     parser.add_argument("--no-plot", action="store_true", help="write no picture beside the model")
 
 

@@ -23,11 +23,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--model", type=Path, metavar="MODEL.toml",
-        help="model that the data are for; one of equations names the inputs and outputs that the columns are",
+        help="model that the data are for; a model of equations names the inputs and outputs for --input and --output",
     )  # fmt: skip
     parser.add_argument(
         "--input", dest="inputs", action="append", default=[], metavar="[NAME=]COLUMN[:UNIT]",
-        help="column that drives the plant, and its unit, such as --input u:V; of equations each with its name",
+        help="column that drives the plant, and its unit, such as --input u:V; - for none; with equations "
+        "NAME=COLUMN:UNIT",
     )  # fmt: skip
     parser.add_argument(
         "--output", dest="outputs", action="append", default=[], metavar="NAME=COLUMN[:UNIT]",
@@ -45,10 +46,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--drive-amplitude", metavar="'NUMBER UNIT'",
-        help="of sweeps whose files do not tell it: amplitude of the drive, such as '20 mV' or '20 mV rms'",
+        help="sweeps only: amplitude of the drive if the files do not tell it, such as '20 mV' or '20 mV rms'",
     )  # fmt: skip
     parser.add_argument(
-        "--hold", metavar="HOLD", help="of the drive between samples: linear, zero, band-limited"
+        "--hold", metavar="HOLD", help="how the drive goes on between samples: linear, zero or band-limited"
     )
     parser.add_argument(
         "--test", metavar="FILE", help="file that no fit uses; or last-third, none (default: guessed)"

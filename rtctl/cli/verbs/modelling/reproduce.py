@@ -10,7 +10,7 @@ from rtctl.api.campaigns import STUDIES
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of `rtctl reproduce`."""
-    parser.add_argument("study", choices=STUDIES, help="which paper's")
+    parser.add_argument("study", choices=STUDIES, help="which published study")
     parser.add_argument(
         "--out", type=Path, required=True, help="folder of the report; a stopped study goes on there"
     )

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 CAPTIONS = {
     "stretch": "Free runs from the start of {each}{start}, no measured output "
     "fed in. Errors within the grey band are noise; {whose}.",
-    "others": "The same of the other reading, in the record where the nominal model is worst at it.",
+    "others": "The same for the other reading, in the record where the nominal model is worst at it.",
     "spectrum": "Where the error stands above the grey line, something is missing that a model could know.",
     "plane": "Mean error of all records that are compared, over {output} and its rate. A "
     "pattern (a sign that changes with velocity, a corner, a ring) is structure; a right model leaves none. "

@@ -19,23 +19,23 @@ from rtctl.output.html_page import table
 from rtctl.output.readable_units import printed_unit, readable_unit, significant
 
 NOT_TESTED = "not tested"
-PARTS = "its initial part alone: then the candidates, or the model without them, take different courses"
+PARTS = "only its initial part: after that the candidates, or the model without them, take different courses"
 MENU = (
-    "What is proposed stands first; the other inputs that the plant can take follow, best first. An input that counts "
-    "by its initial part alone is proposed only where no other decides."
+    "What is proposed stands first; the other inputs that the plant can take follow, best first. An input of "
+    "which only the initial part counts is proposed only where no other decides."
 )
 TESTS = (
     "Each test looks for one thing in what is left of the error. p is the probability that noise alone would look as "
     "much like it. Something is left where a p is below {each:.2g}: {level:.2g}, shared by {count} tests."
 )
 CHANCE = (
-    "The smallest p, {least}, is below that all the same, and it counts as chance: no set of causes that takes it "
-    "up is worth its parameters by BIC, so none is claimed."
+    "The smallest p, {least}, is below that. It counts as chance: no set of causes that would explain it is worth its "
+    "parameters by BIC, so none is claimed."
 )
 HOW_NAMED = {
     "adequate": "None is worth its parameters beside the nominal model, so none is named.",
     "explained": "With the set that is named, nothing else is left in the residual.",
-    "partly_explained": "With none of them the residual is noise: the set that is named removes a part of the error.",
+    "partly_explained": "None of them brings the residual down to noise: the named set removes a part of the error.",
     "unexplained": "None of them explains the error, so none is named.",
 }
 """How a set came to be named, by verdict."""

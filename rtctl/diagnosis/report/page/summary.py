@@ -104,9 +104,9 @@ def explain_test_error(diagnosis: Diagnosis) -> str:
     if not judged_by_noise or gain is None or gain.before <= limits.explained_error * gain.noise_floor:
         return ""
     return (
-        "The error on the test records is far above the noise all the same: it is of free runs, whose small "
-        "differences grow with time or are of the start, while the model was judged by shorter runs, which it follows "
-        "to the noise."
+        "The error on the test records is still far above the noise. It is the error of free runs, in which small "
+        "differences grow with time or come from the start; the model was judged by shorter runs, which it follows to "
+        "the noise."
     )
 
 

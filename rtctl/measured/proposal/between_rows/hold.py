@@ -18,9 +18,9 @@ HELD_SHARE = 0.5
 """Share of rows that repeat the one before, from which an input is taken as held between its samples."""
 SAID = "you said so"
 UNSEEN = (
-    '{name}: how it goes on between its rows cannot be seen, as it changes from row to row: hold = "linear" (straight '
-    "lines) is taken; where a converter holds each value until the next one, say --hold zero, or the model is off by "
-    "half a sample of delay; where it was measured behind a filter against aliasing, --hold band-limited is closer"
+    '{name}: it changes from row to row, so its rows do not show how it goes on between them: hold = "linear" '
+    "(straight lines) is taken. If a converter holds each value until the next one, say --hold zero, or the model is "
+    "off by half a sample of delay. If it was measured behind an anti-aliasing filter, --hold band-limited is closer"
 )
 COMMAND = re.compile(
     r"(?:^|[\W_])(?:cmd|command(?:ed)?|set_?point|sollwert|stellgr(?:ö|oe)(?:ß|ss)e|consigne|mando|dac|ao)\d*(?=$|[\W_])",
@@ -32,8 +32,8 @@ CALLED_COMMAND = (
     "taken; where it was measured, say --hold linear, or the model is off by half a sample"
 )
 READ_AT_THE_END = (
-    "{name}: a recorded run; in lockstep its readings are of the end of their row's period, one row earlier than "
-    "those of a dataset: a timing.skew of one period is that and no fault; rtctl acquire writes them at their place"
+    "{name}: a recorded run. In lockstep its readings belong to the end of their row's period, one row earlier than "
+    "those of a dataset: a timing.skew of one period means that, and no fault. rtctl acquire writes them at their place"
 )
 
 
