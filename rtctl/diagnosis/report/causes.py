@@ -138,7 +138,7 @@ def hysteresis_cause(search: SearchResult, problem: Problem) -> Cause | None:
         id=HYSTERESIS_SHAPE,
         statement=HYSTERESIS_STATEMENT.format(describe(refit.coarse)),
         kind="mechanism",
-        probability=problem.thresholds.report.max_probability,
+        probability=None,  # no set of causes was weighed against it
         parameters=parameters,
         share_removed=share_in_staircases(search, problem),
         indistinguishable_from=(),

@@ -1,6 +1,7 @@
 """Free-run error on records that took no part in a fit, and the gain of an extension there with its interval.
 
-The interval of the ratio comes from a moving-block bootstrap of both squared errors together: errors are coloured.
+The interval of the ratio comes from a bootstrap of both squared errors together, by blocks that do not overlap, since
+errors are coloured (E. Carlstein, Annals of Statistics 14 (1986) 1171).
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """Stepwise search: forward selection of mechanisms, residual tests as acceptance, backward elimination.
 
 A larger set is tried only where no smaller one passes. Up to two causes, several sets of one size are extended; larger
-sets grow one at a time, because a real device is never exactly the model and then no set passes: by a cause that halves
-the residual, or by a small third one where two leave far more than the noise; by two at once where no single one takes
-enough. While nothing passes, sets are ranked by plain cost: the noise is not known then, and a filter that whitens a
-misfit hides it.
+sets grow one at a time, because a real device is never exactly the model and then no set passes: by a cause that takes
+enough of the squared residual (`SearchThresholds.stall_shares`), or by a small third one where two leave far more than
+the noise; by two at once where no single one takes enough. While nothing passes, sets are ranked by plain cost: the
+noise is not known then, and a filter that whitens a misfit hides it.
 """
 
 from __future__ import annotations

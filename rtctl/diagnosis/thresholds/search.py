@@ -238,8 +238,8 @@ class SearchThresholds:
     """P-value of forces along the past motion below which a set that passes is compared with such alternatives."""
 
     # Free-run error on test records.
-    bootstrap_resamples: int = 400
-    """Number of resamples of the moving-block bootstrap."""
+    bootstrap_resamples: int = 2000
+    """Number of resamples of the block bootstrap: fifty lie beyond each end of its 95 % interval."""
     bootstrap_block_periods: float = 8.0
     """Length of a block [periods of the motion]."""
     bootstrap_least_blocks: int = 12
