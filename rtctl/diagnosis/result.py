@@ -40,7 +40,7 @@ class Cause(NamedTuple):
     """"mechanism" or "parameter"."""
     probability: float | None
     """From the BIC weights of all sets of causes of the same size; None where something else is left too, since those
-    weights compare sets of the catalogue only, and for static loops that were learned anew, beside which none stands."""
+    weights compare sets of the catalogue only, and for static loops that were learned anew, which have no rival."""
     parameters: Mapping[str, Estimate]
     share_removed: float
     """Fraction of the removable squared error that this cause removes beside those that remove more."""
