@@ -20,7 +20,7 @@ def held(drive: Sampled, p: Values) -> Sampled:
 
 def remedy(name: str, signal: str) -> str:
     """Return what to write in the manifest for the parameter `name`, as a template of its share."""
-    scale = f"from the manifest's hold (0) to this one (1) the data lie at {{{name}}}"
+    scale = f"the data lie {{{name}}} of the way from the manifest's hold to this one"
     return f'Write hold = "{HOLDS[name]}" in its [signals.{signal}]: {scale}.'
 
 
