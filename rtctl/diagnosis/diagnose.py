@@ -16,7 +16,11 @@ from rtctl.diagnosis.experiment_design.unseen_effects import describe_unseen
 from rtctl.diagnosis.nominal_fit.expected_time import tell_time
 from rtctl.diagnosis.nominal_fit.misfit.allowed_misfit import allow_misfit
 from rtctl.diagnosis.nominal_fit.nominal_fit import NominalFit, fit_nominal
-from rtctl.diagnosis.nominal_fit.parameter_shift import note_common_starts, note_large_shifts
+from rtctl.diagnosis.nominal_fit.parameter_shift import (
+    note_common_starts,
+    note_large_shifts,
+    was_identified_from,
+)
 from rtctl.diagnosis.nominal_fit.predictability import cut_unpredictable_tests
 from rtctl.diagnosis.nominal_fit.quiet_drive import take_off_drive_noise
 from rtctl.diagnosis.nominal_fit.segmentation import cut_test_strokes
@@ -180,7 +184,8 @@ def diagnose(
             notes += tuple(note_few_periods(fit, problem.scales.rate, options.thresholds.screening))
         answer = explain_by_changed_signals(answer, request, data.simulation, holdout)
         notes += (*first.notes, *filter(None, [found.course]), *found.notes)
-        notes += _note_shifts(data.simulation, answer, request.problem, model)
+        if not was_identified_from(model, dataset):
+            notes += _note_shifts(data.simulation, answer, request.problem, model)
         answer = replace(answer, warnings=(*notes, *answer.warnings))
         is_final = answer.verdict != "adequate" or whole is not None
         if not is_final:

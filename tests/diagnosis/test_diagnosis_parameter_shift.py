@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
 
 import pytest
@@ -41,3 +42,15 @@ def test_a_value_that_the_named_cause_brings_back_is_not_said(tmp_path: Path) ->
     found = answer_to(tmp_path, records)
     assert [cause["id"] for cause in found["causes"]] == ["friction.coulomb"]
     assert not any("the re-fit changed" in warning for warning in found["warnings"])
+
+
+def test_a_value_that_was_identified_from_the_same_dataset_is_not_said(tmp_path: Path) -> None:
+    plant = device(drive_gain=(1290.0, "mm/s^2/V"))
+    records = [(noise_drive(k), measured(plant, noise_drive(k)), use) for k, use in ((1, "fit"), (2, "test"))]
+    manifest, model = write_case(tmp_path, records), tmp_path / "model.toml"
+    for content, said in ((manifest.read_bytes(), False), (b"another one", True)):
+        digest = hashlib.sha256(content).hexdigest()
+        own = tmp_path / f"{said}.toml"
+        own.write_text(f'{model.read_text()}\n[provenance.sha256]\n"{manifest.name}" = "{digest}"\n')
+        found = json_of(manifest, own, "friction.coulomb")
+        assert any("the re-fit changed" in warning for warning in found["warnings"]) == said

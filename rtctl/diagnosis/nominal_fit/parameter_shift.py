@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Collection, Mapping
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from scipy.stats import t as student
@@ -14,6 +16,7 @@ from rtctl.border.statistics import NORMAL_95
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.parameter_estimates import estimates_of
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
+from rtctl.measured.dataset import Dataset
 
 NO_ERRORS: Mapping[str, float] = MappingProxyType({})
 SHIFTED = (
@@ -25,6 +28,16 @@ STARTS = (
     "all fitted records begin at {}: if the device does begin as the model file says, write fixed = true to these "
     "states, and what moved their starts shows"
 )
+
+
+def was_identified_from(model: Any, dataset: Dataset) -> bool:
+    """Return whether a model file says that it was identified from this very dataset.
+
+    Its values are then no one's knowledge of the device: what moves them is told as causes, or as what is left.
+    """
+    stated = getattr(model, "provenance", {}).get("sha256", {})
+    path = dataset.path
+    return path.is_file() and stated.get(path.name) == hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def note_large_shifts(
