@@ -35,8 +35,8 @@ _WORDS: dict[str, str] = {
     "response": "output out response resp ausgang antwort sensor measured signal vout",
     "none": "temperature temp temperatur humidity pressure marker trigger trig event flag status comment",
 }
-_SORTS = frozenset(["voltage", "spannung", "volt", "amplifier", "amp", "number", "sample", "point"])
-"""Words that yield to every other one: `output voltage` is an output."""
+_SORTS = frozenset(["voltage", "spannung", "volt", "amplifier", "amp", "number", "sample", "point", "tip"])
+"""Words that yield to every other one: `output voltage` is an output, `acc tip` an acceleration."""
 _LETTERS = {
     "t": ("time",), "n": ("index",), "k": ("index",),
     "u": ("drive",), "f": ("drive",),
