@@ -13,6 +13,7 @@ import numpy as np
 
 from rtctl.api.inputs import LoadedScenario, PartTable, PathText, Settings, driver_of, load_scenario, path_of
 from rtctl.api.model import Model
+from rtctl.api.runs.errors import ErrorFigures, error_figures
 from rtctl.api.runs.watching import watched_run
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import Fault, InputError
@@ -81,6 +82,16 @@ class Run:
         """Whether the run met the checks of its scenario."""
         return bool(self.summary["verdict"] == "pass")
 
+    @property
+    def tracking(self) -> ErrorFigures:
+        """How far the output was off the set-point, by the device's reference instrument."""
+        return error_figures(self.summary["tracking"])
+
+    @property
+    def self_sensing(self) -> ErrorFigures:
+        """How far the estimate was off the output, by the device's reference instrument."""
+        return error_figures(self.summary["self_sensing"])
+
     def plot(self) -> Figure:
         """Return the figure of the run: does it follow, how far off is it, what did it command and sense."""
         require("matplotlib", "Run.plot")
@@ -121,13 +132,15 @@ class Run:
     def _repr_html_(self) -> str:
         from rtctl.evaluation.summary import verdict_in_words
 
-        rows = []
-        for name in ("tracking", "self_sensing"):
-            errors = self.summary[name]
-            rows.append([
-                name.replace("_", "-"),
-                *(_error_text(errors, figure) for figure in ("mean_abs", "max_abs")),
-            ])  # fmt: skip
+        errors = {"tracking": self.tracking, "self-sensing": self.self_sensing}
+        rows = [
+            [
+                name,
+                f"{number(one.mean_abs, one.unit)} ({number(one.mean_abs_percent, '%')})",
+                f"{number(one.max_abs, one.unit)} ({number(one.max_abs_percent, '%')})",
+            ]
+            for name, one in errors.items()
+        ]
         title = f"{self.scenario.scenario.title}: {verdict_in_words(self.summary)}"
         notes = [text for text in (self.tuning, self.message) if text]
         return html_table(title, ["error", "mean absolute (of range)", "largest (of range)"], rows, notes)
@@ -291,9 +304,3 @@ def _telling(folder: Path | None, loaded: LoadedScenario, report: Reporter) -> I
         live_status(folder, scenario, steps_of(scenario), show),
     ):
         yield
-
-
-def _error_text(errors: Mapping[str, Any], figure: str) -> str:
-    """Return a figure of a summary's errors in its unit and in percent of the range."""
-    value = errors.get(f"{figure}_um", errors.get(figure))
-    return f"{number(value, errors.get('unit', 'um'))} ({number(errors[f'{figure}_percent'], '%')})"
