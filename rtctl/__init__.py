@@ -6,6 +6,8 @@ The names of the Python interface (`__all__`) are imported when they are first u
 from __future__ import annotations
 
 import importlib
+import sys
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from rtctl.version import __version__ as __version__
@@ -172,3 +174,14 @@ def __getattr__(name: str) -> Any:
 def __dir__() -> list[str]:
     """List the public names."""
     return sorted({*globals(), *__all__})
+
+
+class _Package(ModuleType):
+    """The package: a public name stays what it is when a subpackage of that name (`rtctl.doubt`) is imported."""
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not (name in _MODULES and isinstance(value, ModuleType)):
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package
