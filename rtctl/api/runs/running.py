@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rtctl.api.inputs import LoadedScenario, PartTable, PathText, Settings, driver_of, load_scenario, path_of
-from rtctl.api.model import Model
+from rtctl.api.model import Model, file_of
 from rtctl.api.runs.errors import ErrorFigures, error_figures
 from rtctl.api.runs.watching import watched_run
 from rtctl.border.arrays import FloatArray
@@ -195,7 +195,7 @@ def run(  # noqa: PLR0913
     device = own or _driver(loaded)
     title = loaded.scenario.scenario.title
     with ExitStack() as stack:
-        given = None if model is None else stack.enter_context(_file_of(model))
+        given = stack.enter_context(file_of(model))
         place = folder or Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="rtctl-")))
         if folder is None:
             stop = stack.enter_context(watched_run(title, steps_of(loaded.scenario), report))
@@ -266,15 +266,6 @@ def _driver(loaded: LoadedScenario) -> Driver:
     from rtctl.wiring import build_driver
 
     return build_driver(loaded.scenario, loaded.folder)
-
-
-@contextmanager
-def _file_of(model: Model | PathText) -> Iterator[Path]:
-    if not isinstance(model, Model):
-        yield path_of("model", model)
-        return
-    with model.file() as file:
-        yield file
 
 
 @contextmanager
