@@ -18,12 +18,14 @@ from rtctl.api.runs.watching import watched_run
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import Fault, InputError
 from rtctl.extras import require
+from rtctl.output.dataframes import data_frame
 from rtctl.output.interrupt import stop_on_interrupt
 from rtctl.output.notebook import html_table, number
 from rtctl.output.own_files import refuse_foreign
 from rtctl.output.progress import Progress, Reporter, reporter
 
 if TYPE_CHECKING:
+    import pandas as pd
     from matplotlib.figure import Figure
 
     from rtctl.border.records import Driver
@@ -110,6 +112,14 @@ class Run:
             profile=self.scenario.profile,
             marks=marks_of(self.scenario, self._result.changes),
         )
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Return the signals as a pandas table, a row a step at `time_s`, with their units in `attrs["units"]`.
+
+        Raises:
+            InputError: pandas is not installed (`pip install 'rtctl[pandas]'`).
+        """
+        return data_frame(self.signals, self.time_s, "time_s", self.units, "Run.to_dataframe")
 
     def save(self, folder: PathText) -> Path:
         """Write recordings, `summary.json` and `run.png` into a folder."""
