@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from rtctl.api.model import Model, Parameter, read_model
     from rtctl.api.parts import PartInfo, PartList, list_parts
     from rtctl.api.runs.doubting import DoubtReport, doubt
-    from rtctl.api.runs.errors import ErrorFigures
+    from rtctl.api.runs.errors import ErrorFigures, OutputErrors
     from rtctl.api.runs.recordings import (
         Change,
         Recovered,
@@ -118,7 +118,7 @@ _NAMES = {
     "rtctl.api.model": "Model Parameter read_model",
     "rtctl.api.parts": "PartInfo PartList list_parts",
     "rtctl.api.runs.doubting": "DoubtReport doubt",
-    "rtctl.api.runs.errors": "ErrorFigures",
+    "rtctl.api.runs.errors": "ErrorFigures OutputErrors",
     "rtctl.api.runs.recordings": "Change Recovered Replayed change export_mcap recover replay watch",
     "rtctl.api.runs.running": "Run run",
     "rtctl.border.errors": "DriverError Fault InputError RtctlError RunError",
@@ -219,6 +219,7 @@ __all__ = [
     "ModelFiles",
     "NextExperiment",
     "NominalFitThresholds",
+    "OutputErrors",
     "OutputScore",
     "Parameter",
     "PartInfo",

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import rtctl
-from rtctl.api.runs.errors import error_figures
+from rtctl.api.runs.errors import error_figures, errors_of_outputs
 from rtctl.evaluation.metrics import NOT_SCORED, score
+from rtctl.evaluation.outputs import to_table
 
 
 @pytest.mark.parametrize("unit", ["um", "V", "degC"])
@@ -42,3 +43,14 @@ def test_a_run_tells_how_far_it_was_off_beside_its_summary(model_file: Path) -> 
         assert figures.mean_abs_percent == table["mean_abs_percent"]
     error = run.signals["setpoint"] - run.signals["deflection"]
     assert run.tracking.max_abs == pytest.approx(np.abs(error).max())
+
+
+def test_outputs_of_several_have_errors_in_their_own_units() -> None:
+    found = score(np.array([1.0, 2.0]), np.array([1.5, 2.0]), 10.0)
+    outputs = errors_of_outputs(
+        {"outputs": to_table({"x": ("um", found, NOT_SCORED), "a": ("V", NOT_SCORED, found)})}
+    )
+    assert (outputs["x"].tracking.max_abs, outputs["x"].tracking.unit) == (0.5, "um")
+    assert (outputs["a"].self_sensing.max_abs, outputs["a"].self_sensing.unit) == (0.5, "V")
+    assert outputs["x"].self_sensing.rms is None
+    assert errors_of_outputs({}) == {}

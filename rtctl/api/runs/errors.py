@@ -1,4 +1,4 @@
-"""Errors of a run as numbers with their unit, whatever the unit is: `ErrorFigures`."""
+"""Errors of a run as numbers with their unit, whatever the unit is: `ErrorFigures`, `OutputErrors`."""
 
 from __future__ import annotations
 
@@ -25,6 +25,23 @@ class ErrorFigures(NamedTuple):
     """RMS error in percent of the output's range."""
     max_abs_percent: float | None = None
     """Largest absolute error in percent of the output's range."""
+
+
+class OutputErrors(NamedTuple):
+    """Errors of one output of several."""
+
+    tracking: ErrorFigures
+    """How far the output was off its set-point."""
+    self_sensing: ErrorFigures
+    """How far its estimate was off the output."""
+
+
+def errors_of_outputs(summary: Mapping[str, Any]) -> dict[str, OutputErrors]:
+    """Return the errors of each output of a run by its name; none where its scenario has one output alone."""
+    return {
+        name: OutputErrors(error_figures(table["tracking"]), error_figures(table["self_sensing"]))
+        for name, table in summary.get("outputs", {}).items()
+    }
 
 
 def error_figures(table: Mapping[str, Any]) -> ErrorFigures:

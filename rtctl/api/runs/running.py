@@ -13,7 +13,7 @@ import numpy as np
 
 from rtctl.api.inputs import LoadedScenario, PartTable, PathText, Settings, driver_of, load_scenario, path_of
 from rtctl.api.model import Model, file_of
-from rtctl.api.runs.errors import ErrorFigures, error_figures
+from rtctl.api.runs.errors import ErrorFigures, OutputErrors, error_figures, errors_of_outputs
 from rtctl.api.runs.watching import watched_run
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import Fault, InputError
@@ -93,6 +93,11 @@ class Run:
     def self_sensing(self) -> ErrorFigures:
         """How far the estimate was off the output, by the device's reference instrument."""
         return error_figures(self.summary["self_sensing"])
+
+    @property
+    def outputs(self) -> Mapping[str, OutputErrors]:
+        """Errors of each output by its name, in its unit, where the scenario has [references]; else empty."""
+        return errors_of_outputs(self.summary)
 
     def plot(self) -> Figure:
         """Return the figure of the run: does it follow, how far off is it, what did it command and sense."""
