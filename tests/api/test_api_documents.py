@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
 import inspect
 import json
 from pathlib import Path
@@ -128,3 +129,13 @@ def test_a_loop_is_exported_from_a_model_as_from_its_file(model_file: Path, tmp_
 )  # fmt: skip
 def test_whatever_lasts_takes_progress(name: str) -> None:
     assert inspect.signature(getattr(rtctl, name)).parameters["progress"].default is False
+
+
+def test_a_run_whose_single_times_are_not_known_is_saved_all_the_same(
+    recorded: rtctl.Run, tmp_path: Path
+) -> None:
+    """As that of the emulated board."""
+    untimed = dataclasses.replace(recorded, _result=dataclasses.replace(recorded._result, timing={}))
+    assert untimed.timing == {}
+    folder = untimed.save(tmp_path / "again")
+    assert json.loads((folder / "summary.json").read_text())["verdict"] == recorded.summary["verdict"]
