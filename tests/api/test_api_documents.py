@@ -139,3 +139,19 @@ def test_a_run_whose_single_times_are_not_known_is_saved_all_the_same(
     assert untimed.timing == {}
     folder = untimed.save(tmp_path / "again")
     assert json.loads((folder / "summary.json").read_text())["verdict"] == recorded.summary["verdict"]
+
+
+def test_firmware_is_written_into_a_new_folder_and_overwrites_nothing_unasked(tmp_path: Path) -> None:
+    folder = rtctl.export_firmware(tmp_path / "firmware", film="vo2_b")
+    assert (folder / "Makefile").is_file()
+    with pytest.raises(rtctl.InputError, match="is not empty"):
+        rtctl.export_firmware(folder)
+    assert rtctl.export_firmware(folder, force=True) == folder
+
+
+def test_the_materials_are_those_of_the_bill(tmp_path: Path) -> None:
+    listed = rtctl.list_materials()
+    assert "numpy" in {one.name for one in listed.packages}
+    assert json.loads(listed.save(tmp_path / "bill.json").read_text()) == listed.to_dict()
+    assert listed.to_dict()["bomFormat"] == "CycloneDX"
+    assert f"{len(listed.packages)} packages" in repr(listed)
