@@ -31,6 +31,7 @@ EXTRAS = {
     "mcap": Extra("mcap", "mcap"),
     "fmpy": Extra("fmpy", "fmu"),
     "caproto": Extra("caproto", "epics"),
+    "pandas": Extra("pandas", "pandas"),
     "pyvisa": Extra("pyvisa", "visa"),
     "qcodes": Extra("qcodes", "qcodes"),
     "pymeasure": Extra("pymeasure", "pymeasure"),

@@ -5,8 +5,11 @@ from __future__ import annotations
 import importlib
 import json
 import shlex
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
+from rtctl.api.documents import Document
 from rtctl.api.inputs import PathText, path_of
 from rtctl.border.errors import InputError, nearest
 from rtctl.border.options import check_integer
@@ -19,6 +22,59 @@ STUDIES: tuple[str, ...] = ("vo2", "me", "bistable")
 MOST_WORKERS = 4096
 
 
+class SweepSummary(Document):
+    """What came of a campaign: the content of `summary.json`, and its main figures."""
+
+    @property
+    def trajectories(self) -> int:
+        """Number of simulations."""
+        return int(self["trajectories"])
+
+    @property
+    def kinds(self) -> Mapping[str, int]:
+        """Number of trajectories of each kind; empty where the campaign does not tell kinds apart."""
+        return dict(self.get("kind", {}))
+
+    @property
+    def least(self) -> Mapping[str, float]:
+        """The trajectory with the least error: its factors and that error; empty where nothing was compared."""
+        return dict(self.get("least", {}))
+
+    @property
+    def wall_s(self) -> float:
+        """How long this call took [s]; parts that were there before cost nothing."""
+        return float(self["wall_s"])
+
+    def figures(self) -> Mapping[str, str]:
+        """Return numbers of trajectories and the least error in words."""
+        least = {f"least error: {name}": f"{value:.6g}" for name, value in self.least.items()}
+        counts = {name: f"{count:,}" for name, count in self.kinds.items()}
+        return {"trajectories": f"{self.trajectories:,}", **counts, **least}
+
+
+class StudyResults(Document):
+    """What came of a paper's study: the content of `results.json`, and its main figures."""
+
+    @property
+    def sections(self) -> Sequence[Mapping[str, Any]]:
+        """Sections of the report: "name", "seconds", tables with the paper's figures beside ours."""
+        return tuple(self["sections"])
+
+    @property
+    def seconds(self) -> float:
+        """How long all sections took [s]."""
+        return sum(float(one["seconds"]) for one in self.sections)
+
+    @property
+    def report(self) -> Path:
+        """The page with tables and figures."""
+        return self.path / "report.html"
+
+    def figures(self) -> Mapping[str, str]:
+        """Return the sections with the time that each took."""
+        return {str(one["name"]): f"{float(one['seconds']):.3g} s" for one in self.sections}
+
+
 def sweep(
     campaign: PathText,
     out: PathText,
@@ -27,7 +83,7 @@ def sweep(
     scheduler: str | None = None,
     plot: bool = True,
     progress: Progress = False,
-) -> dict[str, Any]:
+) -> SweepSummary:
     """Simulate a model over a grid or a design of parameters; an interrupted campaign goes on where it was stopped.
 
     Args:
@@ -39,7 +95,7 @@ def sweep(
         progress: True shows a bar, a callable hears (text, share that is done).
 
     Returns:
-        The summary: counts of each kind of trajectory, least errors, parts, time.
+        The summary: counts of each kind of trajectory, least errors, parts, time; a dict with these as attributes.
 
     Raises:
         InputError: The campaign, the folder or an option is wrong.
@@ -63,12 +119,12 @@ def sweep(
         from rtctl.campaign.figures import draw_campaign
 
         draw_campaign(plan, folder)
-    return summary
+    return SweepSummary(summary, folder)
 
 
 def reproduce_study(
     study: str, out: PathText, *, short: bool = False, progress: Progress = False
-) -> dict[str, Any]:
+) -> StudyResults:
     """Repeat a paper's study on simulated plants, its tables and figures beside ours.
 
     Args:
@@ -78,7 +134,7 @@ def reproduce_study(
         progress: True prints a line a step, a callable hears (text, None).
 
     Returns:
-        The content of `results.json`.
+        The content of `results.json`, a dict, with its main figures as attributes.
 
     Raises:
         InputError: There is no such study, or a file of another origin is in the way.
@@ -101,4 +157,4 @@ def reproduce_study(
     words = ["rtctl", "reproduce", study, "--out", str(folder), *(["--short"] if short else [])]
     write_report(plan, sections, folder, shlex.join(words), f"{date.today():%Y-%m-%d}, rtctl {__version__}")
     content: dict[str, Any] = json.loads((folder / "results.json").read_text(encoding="utf-8"))
-    return content
+    return StudyResults(content, folder)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,25 +15,32 @@ from rtctl.api.inputs import PathText, path_of
 from rtctl.api.model import Model, kind_of, model_of
 from rtctl.border.equations.file import EquationsFile
 from rtctl.border.errors import InputError, nearest
+from rtctl.border.options import check_integer
 from rtctl.border.work import current_meter
 from rtctl.diagnosis.problem.cancellation import CancellationToken
 from rtctl.diagnosis.search.request import DiagnosisOptions
-from rtctl.extras import require
+from rtctl.diagnosis.thresholds import Thresholds
+from rtctl.extras import can_draw, require
 from rtctl.measured.dataset import Dataset
 from rtctl.output.interrupt import stop_on_interrupt
 from rtctl.output.notebook import html_table, number
-from rtctl.output.own_files import mark_of, refuse_read
+from rtctl.output.own_files import mark_of, refuse_foreign, refuse_read
 from rtctl.output.progress import Progress, Reporter, reporter
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from rtctl.api.identifying.fit import Fit
     from rtctl.border.simulation import Simulation
     from rtctl.diagnosis.experiment_design.next_experiment import NextExperiment
     from rtctl.diagnosis.residual.localization import Location
     from rtctl.diagnosis.result import Cause
     from rtctl.diagnosis.result import Diagnosis as Answer
     from rtctl.diagnosis.search.holdout_error import Gain
+
+MODEL = "model.toml"
+"""The nominal model in the folder of an answer, where the diagnosis identified it."""
+MOST_THREADS = 64
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
@@ -47,6 +54,10 @@ class Diagnosis:
     """The model that was diagnosed."""
     words: tuple[str, ...]
     """Options of the command line that gives the same answer."""
+    fit: Fit | None = None
+    """The identification of the nominal model; None where a model was given."""
+    replaced: Mapping[str, Any] = field(default_factory=dict)
+    """Thresholds that were replaced, by name, such as "search.rivals"; the command line has no option for them."""
 
     @property
     def verdict(self) -> str:
@@ -131,8 +142,9 @@ class Diagnosis:
     def save(self, folder: PathText) -> Path:
         """Write `diagnosis.json`, `report.html`, `model-extended.toml` and `next-experiment.toml` into a folder.
 
-        The model is written only where `model` is not None, the next experiment only where something is open. Files of
-        an earlier answer are removed; the JSON file is written last, so that a folder that has it is whole.
+        The model is written only where `model` is not None, the next experiment only where something is open; a model
+        that the diagnosis identified itself is `model.toml`. Files of an earlier answer are removed; the JSON file is
+        written last, so that a folder that has it is whole.
 
         Raises:
             InputError: A file of another origin is in the way, or the diagnosed model itself is.
@@ -142,6 +154,10 @@ class Diagnosis:
         target = path_of("folder", folder)
         source = self.nominal.source
         refuse_read((target / name for name in NAMES), [] if source is None else [source])
+        if self.fit is not None:
+            refuse_read([target / MODEL], [self.dataset.path])
+            refuse_foreign(target / MODEL, "identify")
+            self.fit.save(target / MODEL, plot=can_draw())
         write_diagnosis(target, self.answer, self.dataset, self._provenance(target))
         return target
 
@@ -149,8 +165,10 @@ class Diagnosis:
         from rtctl.diagnosis.report.files import provenance_of
 
         with self.nominal.file() as file:
-            words = ["rtctl", "diagnose", str(self.dataset.path), "--model", str(file), "--out", str(folder)]
-            return provenance_of(self.answer, self.dataset, file, shlex.join([*words, *self.words]))
+            given = [] if self.fit is not None else ["--model", str(file)]
+            words = ["rtctl", "diagnose", str(self.dataset.path), *given, "--out", str(folder), *self.words]
+            provenance = provenance_of(self.answer, self.dataset, file, shlex.join(words))
+        return {**provenance, **({"thresholds": dict(self.replaced)} if self.replaced else {})}
 
     def __repr__(self) -> str:
         names = ", ".join(f"{cause.id} ({cause.certainty})" for cause in self.causes)
@@ -172,25 +190,35 @@ class Diagnosis:
         return html_table(title, ["probability", "cause", "statement", "not told apart from"], rows, notes)
 
 
-def diagnose(
+# 9 parameters because each is an option of a diagnosis
+def diagnose(  # noqa: PLR0913
     dataset: Dataset | PathText,
-    model: Model | PathText,
+    model: Model | PathText | None = None,
     *,
     mechanisms: Sequence[str] | str | None = None,
     false_claim_rate: float = 0.05,
     work: float = WORK,
     seconds: float = SECONDS,
+    thresholds: Thresholds | None = None,
+    threads: int | None = None,
     progress: Progress = False,
 ) -> Diagnosis:
     """Find what the model gets wrong about the data, name the causes and extend the model by them.
 
     Args:
         dataset: A dataset or its manifest.
-        model: Today's model or its file.
+        model: Today's model or its file; None: the nominal model is identified first (`Diagnosis.fit`), as the command
+            does; equations need one.
         mechanisms: Ids of the mechanisms to try; None: the whole catalogue.
         false_claim_rate: How often a cause may be claimed where there is none, above 0 and below 0.5.
-        work: Simulated steps after which no further fit begins.
-        seconds: Outer guard of wall-clock time [s]; an answer that it cut depends on the machine and says so.
+        work: Simulated steps after which no further fit begins, 4.8e9 unless given: a count of steps, where the
+            command's `--work` counts millions of them (`work=1e9` is `--work 1000`).
+        seconds: Outer guard of wall-clock time [s], 1800 unless given, as of the command; an answer that it cut
+            depends on the machine and says so. `math.inf`: none.
+        thresholds: Numbers that decide (docs/thresholds.md): `Thresholds()` with some replaced by
+            `dataclasses.replace`; None: as they are. What was replaced stands in `diagnosis.json`.
+        threads: Threads that simulate records, 1 to 64; None: 2, or 1 on a machine of one core. The answer does not
+            depend on it.
         progress: True shows the fit under way, a callable hears (text, None).
 
     Returns:
@@ -198,16 +226,20 @@ def diagnose(
 
     Raises:
         InputError: A file or an option is wrong, or model and data do not fit.
+        FitError: No model was given, and no start of its identification leads anywhere.
         RunError: Stopped before anything was known.
     """
     from rtctl.diagnosis import diagnose as internal
     from rtctl.models.temperatures import describe_celsius
     from rtctl.session.validation.model_validation import check_kind, simulation_of
 
-    options = DiagnosisOptions(false_claim_rate=false_claim_rate, work=work, seconds=seconds)
-    report = reporter(progress)
-    source = str(model.source or "the model") if isinstance(model, Model) else str(path_of("model", model))
+    options = _options(false_claim_rate, work, seconds, thresholds, threads)
+    report, fit = reporter(progress), None
     stored = stored_dataset_of(dataset)
+    if model is None:
+        dataset, fit = _identified(dataset, mechanisms, progress)
+        model = fit.model
+    source = str(model.source or "the model") if isinstance(model, Model) else str(path_of("model", model))
     check_kind(kind_of(model), stored, source)
     model = model_of(model)
     simulation_of(
@@ -220,7 +252,45 @@ def diagnose(
         answer = internal.diagnose(data, model.content, simulation, ids, options, heard)
     celsius = describe_celsius(model.content, data) if isinstance(model.content, EquationsFile) else ()
     answer = replace(answer, warnings=(*data.remarks, *celsius, *answer.warnings))
-    return Diagnosis(answer=answer, dataset=data, nominal=model, words=_words(options, mechanisms))
+    return Diagnosis(
+        answer=answer, dataset=data, nominal=model, words=_words(options, mechanisms), fit=fit,
+        replaced=_replaced(options.thresholds),
+    )  # fmt: skip
+
+
+def _options(
+    false_claim_rate: float, work: float, seconds: float, thresholds: Thresholds | None, threads: int | None
+) -> DiagnosisOptions:
+    """Return the checked options of the search. Raises InputError."""
+    if not isinstance(thresholds, Thresholds | None):
+        raise InputError(f"thresholds must be rtctl.Thresholds, got {type(thresholds).__name__}")
+    given: dict[str, Any] = {} if thresholds is None else {"thresholds": thresholds}
+    if threads is not None:
+        given["threads"] = check_integer("threads", threads, 1, MOST_THREADS)
+    return DiagnosisOptions(false_claim_rate=false_claim_rate, work=work, seconds=seconds, **given)
+
+
+def _replaced(thresholds: Thresholds) -> dict[str, Any]:
+    """Return the thresholds that are not the program's own, by name."""
+    ours = asdict(Thresholds())
+    return {
+        f"{group}.{name}": value
+        for group, table in asdict(thresholds).items()
+        for name, value in table.items()
+        if value != ours[group][name]
+    }
+
+
+def _identified(
+    dataset: Dataset | PathText, mechanisms: Sequence[str] | str | None, progress: Progress
+) -> tuple[Dataset, Fit]:
+    """Return the dataset, and its nominal model identified. Raises InputError also for an unknown mechanism."""
+    from rtctl.api.identifying.identification import identify
+
+    if mechanisms is not None:
+        check_mechanisms(mechanisms, dataset)
+    data = dataset_of(dataset)
+    return data, identify(data, progress=progress)
 
 
 @contextmanager
@@ -271,7 +341,7 @@ def _chosen(asked: Sequence[str] | str | None, simulation: Simulation) -> tuple[
     return tuple(name for name in known if name in wanted)
 
 
-def check_mechanisms(asked: str, dataset: PathText) -> None:
+def check_mechanisms(asked: Sequence[str] | str, dataset: Dataset | PathText) -> None:
     """Raise InputError for a mechanism that the catalogue of a dataset's plant lacks, before anything is identified.
 
     A model of equations has a catalogue of its own, and is checked with it.

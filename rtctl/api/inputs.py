@@ -16,7 +16,9 @@ if TYPE_CHECKING:
     from rtctl.scenario.schema import Scenario
 
 PathText: TypeAlias = str | PathLike[str]
+"""A path: a text, a `pathlib.Path`, or what names its file itself, such as a saved `Fit`."""
 PartTable: TypeAlias = Literal["driver", "estimator", "controller"]
+"""Table of a scenario that a part of the user's own stands in."""
 Settings: TypeAlias = Mapping[str, Any] | Sequence[str]
 """Keys of a scenario to override: `{"driver.kind": "modbus-tcp"}`, or texts `"driver.kind=modbus-tcp"`."""
 

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rtctl.api.inputs import PathText, Settings, override_texts, path_of
+from rtctl.api.runs.errors import ErrorFigures, error_figures
 from rtctl.border.errors import InputError, nearest
 from rtctl.border.options import check_integer
 from rtctl.extras import can_draw
 from rtctl.output.interrupt import stop_on_interrupt
+from rtctl.output.notebook import html_table, number
 from rtctl.output.progress import Progress, reporter
 
 if TYPE_CHECKING:
@@ -118,9 +120,42 @@ def _check_journal(path: Path) -> None:
         raise InputError(f"{path}: is there already, and no journal of rtctl serve: choose another --journal")
 
 
+class Demonstration(list[dict[str, Any]]):
+    """Summaries of the scenarios of a demonstration, each as in its `summary.json`, and what they say together."""
+
+    folder: Path
+    """Holds the dataset, the model and a folder for each run."""
+
+    def __init__(self, summaries: Sequence[dict[str, Any]], folder: Path) -> None:
+        super().__init__(summaries)
+        self.folder = folder
+
+    @property
+    def passed(self) -> bool:
+        """Whether every run met the checks of its scenario."""
+        return all(one["verdict"] == "pass" for one in self)
+
+    @property
+    def tracking(self) -> Mapping[str, ErrorFigures]:
+        """How far the output was off the set-point, by the title of the scenario."""
+        return {str(one["scenario"]): error_figures(one["tracking"]) for one in self}
+
+    def __repr__(self) -> str:
+        met = sum(one["verdict"] == "pass" for one in self)
+        return f"<Demonstration in {self.folder}: {met} of {len(self)} runs met their checks>"
+
+    def _repr_html_(self) -> str:
+        rows = [
+            [name, number(one.mean_abs, one.unit), number(one.max_abs, one.unit), str(summary["verdict"])]
+            for summary, (name, one) in zip(self, self.tracking.items(), strict=True)
+        ]
+        headers = ["scenario", "mean absolute error", "largest error", "verdict"]
+        return html_table(f"Demonstration in {self.folder}", headers, rows)
+
+
 def demonstrate(
     device: PathText = "vo2_a", out: PathText = "out/demo", *, seed: int = 1, progress: Progress = False
-) -> list[dict[str, Any]]:
+) -> Demonstration:
     """Serve a simulated device, acquire, identify and run every bundled tracking scenario; return their summaries.
 
     Args:
@@ -133,7 +168,7 @@ def demonstrate(
 
     name, folder, report = str(path_of("device", device)), path_of("out", out), reporter(progress)
     with stop_on_interrupt() as stop_requested:
-        return internal(name, seed, folder, stop_requested, report.say)
+        return Demonstration(internal(name, seed, folder, stop_requested, report.say), folder)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)

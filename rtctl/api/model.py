@@ -127,6 +127,16 @@ def model_of(model: Model | str | PathLike[str]) -> Model:
     return model if isinstance(model, Model) else read_model(model)
 
 
+@contextmanager
+def file_of(model: Model | str | PathLike[str] | None) -> Iterator[Path | None]:
+    """Yield the file of `model`, a temporary one of a model that was never written; None of None. Raises InputError."""
+    if not isinstance(model, Model):
+        yield None if model is None else path_of("model", model)
+        return
+    with model.file() as file:
+        yield file
+
+
 def kind_of(model: Model | str | PathLike[str]) -> str:
     """Return the kind of `model`, of a file before anything else in it is read. Raises InputError."""
     from rtctl.models.kinds import model_kind

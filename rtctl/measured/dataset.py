@@ -6,14 +6,22 @@ at t_k) and the outputs measured at t_k, that is before this row's input takes e
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
 
 from rtctl.border.arrays import ComplexArray, FloatArray
-from rtctl.border.errors import InputError
+from rtctl.border.errors import InputError, nearest
+from rtctl.output.dataframes import data_frame, stacked
 from rtctl.output.notebook import html_table, number
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
 
 FREQUENCY = "frequency"
 """Input of a sweep: the frequency of each row's sine [Hz]; records in time have none."""
@@ -91,6 +99,14 @@ class Record:
         return len(next(iter(self.signals.values())))
 
     @property
+    def time_s(self) -> FloatArray:
+        """Time (n,) of each sample since the first one [s]. Raises InputError of a sweep, which has frequencies."""
+        if self.is_sweep:
+            raise InputError(f"record {self.name}: a sweep has no times; see its frequencies_hz")
+        times: FloatArray = self.period_s * np.arange(self.samples, dtype=np.float64)
+        return times
+
+    @property
     def is_sweep(self) -> bool:
         """Whether it is a sweep of frequencies."""
         return FREQUENCY in self.signals
@@ -103,6 +119,23 @@ class Record:
     def complex_amplitudes(self, name: str) -> ComplexArray:
         """Return the complex amplitudes (n,) of a response of a sweep: Re in phase with the drive, Im leads it."""
         return paired(self.signals[name])
+
+    def to_dataframe(self, units: Mapping[str, str] | None = None) -> pd.DataFrame:
+        """Return the signals as a pandas table, a row a sample, at `time_s`.
+
+        Of a sweep a row a frequency, at `frequency_hz`: responses as complex amplitudes.
+
+        Args:
+            units: Unit of each signal, kept in `attrs["units"]`; `Dataset.to_dataframe` gives those of the dataset.
+
+        Raises:
+            InputError: pandas is not installed (`pip install 'rtctl[pandas]'`).
+        """
+        if not self.is_sweep:
+            return data_frame(self.signals, self.time_s, "time_s", units, "Record.to_dataframe")
+        rows = {name: self.complex_amplitudes(name) for name in self.signals if name != FREQUENCY}
+        columns = {name: one.real if (one.real == one.imag).all() else one for name, one in rows.items()}
+        return data_frame(columns, self.frequencies_hz, "frequency_hz", units, "Record.to_dataframe")
 
     def has(self, name: str) -> bool:
         """Return whether the signal was measured in this record."""
@@ -160,6 +193,40 @@ class Dataset:
     def used_for(self, use: str) -> tuple[Record, ...]:
         """Return the records of one use, in order."""
         return tuple(record for record in self.records if record.use == use)
+
+    def record(self, name: str) -> Record:
+        """Return the record of a name. Raises InputError with the nearest name where there is none."""
+        by_name = {one.name: one for one in self.records}
+        if name not in by_name:
+            raise InputError(f'{self.name}: no record "{name}"{nearest(str(name), by_name)}')
+        return by_name[name]
+
+    def plot(self, record: str | None = None) -> Figure:
+        """Return the figure of a first look: of every signal the beginning, the whole and its spectrum, with units.
+
+        Args:
+            record: Name of the only record to draw; None: all of them.
+
+        Raises:
+            InputError: There is no such record, or matplotlib is not installed (`pip install 'rtctl[plots]'`).
+        """
+        shown = self if record is None else replace(self, records=(self.record(record),))
+        # by name, since figures are drawn of datasets, which must not know them
+        figure: Figure = importlib.import_module("rtctl.api.first_look.preview").preview(shown).plot()
+        return figure
+
+    def to_dataframe(self, record: str | None = None) -> pd.DataFrame:
+        """Return a record's signals as a pandas table, with their units in `attrs["units"]`.
+
+        Args:
+            record: Name of the record; None: all of them, one below the other, the record's name first in the index.
+
+        Raises:
+            InputError: There is no such record, or pandas is not installed (`pip install 'rtctl[pandas]'`).
+        """
+        if record is not None:
+            return self.record(record).to_dataframe(self.units)
+        return stacked({one.name: one.to_dataframe(self.units) for one in self.records}, "record")
 
     def __repr__(self) -> str:
         return (

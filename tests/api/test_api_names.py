@@ -42,3 +42,11 @@ def test_every_public_name_exists_is_documented_and_stands_in_the_page(name: str
 
 def test_the_list_of_names_and_their_modules_agree() -> None:
     assert set(rtctl.__all__) == set(rtctl._MODULES)
+
+
+def test_a_public_name_is_never_hidden_by_a_package_of_the_same_name() -> None:
+    import rtctl.doubt.watch
+
+    assert sys.modules["rtctl.doubt"].watch is sys.modules["rtctl.doubt.watch"]
+    for name in rtctl.__all__:
+        assert not inspect.ismodule(getattr(rtctl, name)), name

@@ -136,6 +136,9 @@ def test_a_board_positions_a_coil_by_its_current(tmp_path: Path) -> None:
             out=tmp_path / "board",
         )
     assert not there.summary["faults"]
+    assert there.fault is None
+    assert there.folder == tmp_path / "board"
+    assert len(there.time_s) == there.summary["timing"]["steps"]
     place, estimate = (np.asarray(there.signals[name]) for name in ("x", "estimate"))
     assert np.abs(estimate - place).max() < 0.06  # mm of 6, as of the loop in Python
     assert abs(place[-10] - 1.5) < 0.01

@@ -12,6 +12,7 @@ from rtctl.api.model import Model, model_of
 from rtctl.border.errors import InputError, nearest
 from rtctl.border.exported.c_plant import CRequest
 from rtctl.measured.dataset import Dataset
+from rtctl.output.progress import Progress, reporter
 
 VERSIONS = ("3.0", "2.0")
 
@@ -43,8 +44,8 @@ class ExportedFmu:
         }  # fmt: skip
 
 
-# 6 parameters because each is an option of `rtctl export fmu`
-def export_fmu(
+# 7 parameters because each is an option of `rtctl export fmu`
+def export_fmu(  # noqa: PLR0913
     model: Model | PathText,
     out: PathText,
     *,
@@ -52,6 +53,7 @@ def export_fmu(
     dataset: Dataset | PathText | None = None,
     step_s: float | None = None,
     sources_only: bool = False,
+    progress: Progress = False,
 ) -> ExportedFmu:
     """Write a model as a functional mock-up unit for co-simulation, with its sources and a binary for this machine.
 
@@ -64,6 +66,7 @@ def export_fmu(
         step_s: Communication step that the unit proposes [s]; None: the sample period of the dataset, or what follows
             from the rates at the start.
         sources_only: Whether no binary is compiled.
+        progress: True prints what is under way, a callable hears (text, None).
 
     Raises:
         InputError: The model, or a part of it, cannot be exported; there is no C compiler; an argument is wrong.
@@ -91,6 +94,7 @@ def export_fmu(
     content = model_of(model)
     source = str(content.source or "the model")
     plant = build_c_plant(content.content, source, content.kind, _request(dataset, step_s))
+    reporter(progress).say(f"writing {target}{'' if compiler is None else ', and compiling its binary'}")
     unit = write_unit(
         plant, target, version=version, name=target.stem, step_s=plant.step_s, compiler=compiler
     )

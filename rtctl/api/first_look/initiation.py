@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from rtctl.api.first_look.preview import Preview, preview_with
 from rtctl.api.inputs import PathText, path_of
-from rtctl.api.model import read_model
+from rtctl.api.model import Model, read_model
 from rtctl.border.errors import InputError
 from rtctl.measured.dataset import Dataset
 from rtctl.measured.proposal.asking.refusal import refuse_open
@@ -116,7 +116,7 @@ def init(  # noqa: PLR0913
     *,
     out: PathText | None = None,
     plant: str | None = None,
-    model: PathText | None = None,
+    model: Model | PathText | None = None,
     inputs: str | Sequence[str] = (),
     outputs: str | Sequence[str] | Mapping[str, str] = (),
     scales: str | Sequence[str] | Mapping[str, str] = (),
@@ -135,7 +135,8 @@ def init(  # noqa: PLR0913
         files: One or several data files of one kind; they are neither copied nor changed.
         out: Folder of `dataset.toml` and `preview.png`; None: that of the first file.
         plant: Kind of plant; None: guessed, or that of the model.
-        model: Model file that the data are for; one of equations names the inputs and outputs that the columns are.
+        model: A model that was saved, or its file, that the data are for; one of equations names the inputs and outputs
+            that the columns are.
         inputs: `COLUMN[:UNIT]` of the drive, or `NAME=COLUMN[:UNIT]`; what is not said is guessed. Of equations
             without a model, all inputs and outputs are said.
         outputs: `NAME=COLUMN[:UNIT]` of responses, or a mapping of name to `COLUMN[:UNIT]` ("-": there is none).
@@ -155,7 +156,7 @@ def init(  # noqa: PLR0913
     answers = Answers(
         plant=plant, inputs=_texts(inputs), outputs=_texts(outputs), scales=_texts(scales), time=time,
         sample_rate_hz=sample_rate_hz, drive_amplitude=drive_amplitude, hold=hold, test=test, name=name,
-        model=None if model is None else signals_of_model(path_of("model", model)),
+        model=None if model is None else signals_of_model(_saved(model)),
     )  # fmt: skip
     paths = paths_of(files)
     surveys = by_groups(survey_files(paths), answers)
@@ -163,6 +164,15 @@ def init(  # noqa: PLR0913
     proposal = propose(surveys, answers)
     refuse_open(proposal, [str(path) for path in paths], answers)
     return write_proposal(proposal, folder, plot=plot)
+
+
+def _saved(model: Model | PathText) -> Path:
+    """Return the file of a model. Raises InputError where it has none, since the manifest's reader needs it later."""
+    if not isinstance(model, Model):
+        return path_of("model", model)
+    if model.source is None:
+        raise InputError("model: it was never written; give the path that `model.save(path)` returns")
+    return model.source
 
 
 def signals_of_model(path: Path) -> ModelSignals:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from rtctl.api.inputs import PathText, path_of
 from rtctl.api.model import Model, Parameter
+from rtctl.border.errors import InputError
 from rtctl.extras import can_draw, require
 from rtctl.output.notebook import html_table, number
 
@@ -50,6 +51,21 @@ class Fit:
         """Parameters of the model with units and standard errors."""
         return self.model.parameters
 
+    @property
+    def path(self) -> Path | None:
+        """The file of the model; None: it was not saved."""
+        return self.model.source
+
+    def __fspath__(self) -> str:
+        """Return the model's file, so that a saved fit stands where a path of a model does.
+
+        Raises:
+            InputError: It was not saved.
+        """
+        if self.model.source is None:
+            raise InputError("this fit was not saved: give its `.model`, or save it before")
+        return str(self.model.source)
+
     def warn(self, text: str) -> Fit:
         """Return the fit with one more warning, before the others."""
         warnings = (text, *self.warnings)
@@ -69,7 +85,11 @@ class Fit:
         return self._draw()
 
     def save(self, path: PathText, *, plot: bool = False) -> Fit:
-        """Write the model file and, with `plot`, a picture beside it; return the fit with `model.source` set."""
+        """Write the model file and, with `plot`, a picture beside it.
+
+        Returns:
+            The fit whose `path` and `model.source` are the file; it stands wherever the path of a model does.
+        """
         target = path_of("path", path)
         self.model.save(target)
         if plot and can_draw():

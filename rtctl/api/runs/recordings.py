@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+from rtctl.api.documents import Document
 from rtctl.api.inputs import PathText, path_of
+from rtctl.api.runs.errors import ErrorFigures, error_figures
 from rtctl.border.arrays import FloatArray
+from rtctl.output.progress import Progress, reporter
 
 if TYPE_CHECKING:
     from rtctl.session.live.control_socket import Taken
@@ -58,11 +61,12 @@ class Replayed:
         return f"<Replayed {self.run}: differs first at sample {self.first.index} in {self.first.column}>"
 
 
-def replay(run: PathText) -> Replayed:
+def replay(run: PathText, *, progress: Progress = False) -> Replayed:
     """Compute a recorded run again through estimator, controller and limits, and compare to the bit.
 
     Args:
         run: Folder of a run that has ended, or of one that was killed.
+        progress: True prints what is under way, a callable hears (text, None).
 
     Raises:
         InputError: There is no recording, or it does not fit its scenario.
@@ -71,6 +75,7 @@ def replay(run: PathText) -> Replayed:
 
     folder = path_of("run", run)
     recorded = internal.read_run(folder)
+    reporter(progress).say(f"computing {len(recorded.signals['index'])} samples of {folder} again")
     result, columns = internal.replay(recorded)
     table = {"index": recorded.signals["index"], **columns}
     return Replayed(
@@ -78,18 +83,64 @@ def replay(run: PathText) -> Replayed:
     )
 
 
-def recover(run: PathText) -> dict[str, Any]:
-    """Make Parquet files, a picture and a summary of what a killed run had recorded; return the summary.
+class Recovered(Document):
+    """What a killed run left: the content of `summary.json`, and its main figures."""
+
+    @property
+    def steps(self) -> int:
+        """Number of samples that were recovered."""
+        return int(self["timing"]["steps"])
+
+    @property
+    def duration_s(self) -> float:
+        """How long they last [s]."""
+        return self.steps * float(self["timing"]["period_s"])
+
+    @property
+    def tracking(self) -> ErrorFigures:
+        """How far the output was off the set-point."""
+        return error_figures(self["tracking"])
+
+    @property
+    def self_sensing(self) -> ErrorFigures:
+        """How far the estimate was off the output."""
+        return error_figures(self["self_sensing"])
+
+    def figures(self) -> Mapping[str, str]:
+        """Return how much was recovered."""
+        return {"samples": str(self.steps), "duration": f"{self.duration_s:.4g} s"}
+
+
+def recover(run: PathText, *, progress: Progress = False) -> Recovered:
+    """Make Parquet files, a picture and a summary of what a killed run had recorded.
+
+    Args:
+        run: Folder of the run that was killed.
+        progress: True prints what is under way, a callable hears (text, None).
+
+    Returns:
+        The summary, a dict, with its main figures as attributes.
 
     Raises:
         InputError: There is no interrupted recording in the folder, or the run still lasts.
     """
     from rtctl.session.recovery import recover as internal
 
-    return internal(path_of("run", run))
+    folder = path_of("run", run)
+    reporter(progress).say(f"reading what {folder} holds")
+    return Recovered(internal(folder), folder)
 
 
-def change(run: PathText, name: str, value: float | str) -> tuple[str, float]:
+class Change(NamedTuple):
+    """A change that a run under way has taken."""
+
+    name: str
+    """The parameter: "setpoint", "controller.kp" or "controller.ki"."""
+    value: float
+    """Its new value in the parameter's unit; NaN: the set-points of the scenario again."""
+
+
+def change(run: PathText, name: str, value: float | str) -> Change:
     """Change the set-point or a gain of a run that is under way; it applies from the next step on.
 
     Args:
@@ -104,7 +155,7 @@ def change(run: PathText, name: str, value: float | str) -> tuple[str, float]:
         InputError: No run is under way, or the change is not possible.
     """
     taken = change_in_words(run, f"{name}={value}")
-    return taken.name, taken.value
+    return Change(taken.name, taken.value)
 
 
 def change_in_words(run: PathText, text: str) -> Taken:
@@ -116,12 +167,13 @@ def change_in_words(run: PathText, text: str) -> Taken:
     return send(folder, asked.name, asked.value)
 
 
-def export_mcap(run: PathText, out: PathText) -> int:
+def export_mcap(run: PathText, out: PathText, *, progress: Progress = False) -> int:
     """Write a recording as an MCAP file, for PlotJuggler, Foxglove and Lichtblick; return how many rows it has.
 
     Args:
         run: Folder of a run that is under way, has ended or was killed; of an acquisition or a dataset of one record.
         out: The file, such as "run.mcap".
+        progress: True prints what is under way, a callable hears (text, None).
 
     Raises:
         InputError: Nothing is recorded there, or the package mcap is missing (`pip install 'rtctl[mcap]'`).
@@ -129,7 +181,9 @@ def export_mcap(run: PathText, out: PathText) -> int:
     from rtctl.live_page.streams.mcap_files import export_mcap as internal
     from rtctl.live_page.watching import watched_folder
 
-    return internal(watched_folder(path_of("run", run)), path_of("out", out))
+    folder, target = watched_folder(path_of("run", run)), path_of("out", out)
+    reporter(progress).say(f"writing {folder} into {target}")
+    return internal(folder, target)
 
 
 # 8 parameters because each is an option of `rtctl watch`

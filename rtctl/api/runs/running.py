@@ -12,17 +12,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rtctl.api.inputs import LoadedScenario, PartTable, PathText, Settings, driver_of, load_scenario, path_of
-from rtctl.api.model import Model
+from rtctl.api.model import Model, file_of
+from rtctl.api.runs.errors import ErrorFigures, OutputErrors, error_figures, errors_of_outputs
 from rtctl.api.runs.watching import watched_run
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import Fault, InputError
 from rtctl.extras import require
+from rtctl.output.dataframes import data_frame
 from rtctl.output.interrupt import stop_on_interrupt
 from rtctl.output.notebook import html_table, number
 from rtctl.output.own_files import refuse_foreign
 from rtctl.output.progress import Progress, Reporter, reporter
 
 if TYPE_CHECKING:
+    import pandas as pd
     from matplotlib.figure import Figure
 
     from rtctl.border.records import Driver
@@ -81,6 +84,21 @@ class Run:
         """Whether the run met the checks of its scenario."""
         return bool(self.summary["verdict"] == "pass")
 
+    @property
+    def tracking(self) -> ErrorFigures:
+        """How far the output was off the set-point, by the device's reference instrument."""
+        return error_figures(self.summary["tracking"])
+
+    @property
+    def self_sensing(self) -> ErrorFigures:
+        """How far the estimate was off the output, by the device's reference instrument."""
+        return error_figures(self.summary["self_sensing"])
+
+    @property
+    def outputs(self) -> Mapping[str, OutputErrors]:
+        """Errors of each output by its name, in its unit, where the scenario has [references]; else empty."""
+        return errors_of_outputs(self.summary)
+
     def plot(self) -> Figure:
         """Return the figure of the run: does it follow, how far off is it, what did it command and sense."""
         require("matplotlib", "Run.plot")
@@ -99,6 +117,14 @@ class Run:
             profile=self.scenario.profile,
             marks=marks_of(self.scenario, self._result.changes),
         )
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Return the signals as a pandas table, a row a step at `time_s`, with their units in `attrs["units"]`.
+
+        Raises:
+            InputError: pandas is not installed (`pip install 'rtctl[pandas]'`).
+        """
+        return data_frame(self.signals, self.time_s, "time_s", self.units, "Run.to_dataframe")
 
     def save(self, folder: PathText) -> Path:
         """Write recordings, `summary.json` and `run.png` into a folder."""
@@ -121,13 +147,15 @@ class Run:
     def _repr_html_(self) -> str:
         from rtctl.evaluation.summary import verdict_in_words
 
-        rows = []
-        for name in ("tracking", "self_sensing"):
-            errors = self.summary[name]
-            rows.append([
-                name.replace("_", "-"),
-                *(_error_text(errors, figure) for figure in ("mean_abs", "max_abs")),
-            ])  # fmt: skip
+        errors = {"tracking": self.tracking, "self-sensing": self.self_sensing}
+        rows = [
+            [
+                name,
+                f"{number(one.mean_abs, one.unit)} ({number(one.mean_abs_percent, '%')})",
+                f"{number(one.max_abs, one.unit)} ({number(one.max_abs_percent, '%')})",
+            ]
+            for name, one in errors.items()
+        ]
         title = f"{self.scenario.scenario.title}: {verdict_in_words(self.summary)}"
         notes = [text for text in (self.tuning, self.message) if text]
         return html_table(title, ["error", "mean absolute (of range)", "largest (of range)"], rows, notes)
@@ -182,7 +210,7 @@ def run(  # noqa: PLR0913
     device = own or _driver(loaded)
     title = loaded.scenario.scenario.title
     with ExitStack() as stack:
-        given = None if model is None else stack.enter_context(_file_of(model))
+        given = stack.enter_context(file_of(model))
         place = folder or Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="rtctl-")))
         if folder is None:
             stop = stack.enter_context(watched_run(title, steps_of(loaded.scenario), report))
@@ -256,15 +284,6 @@ def _driver(loaded: LoadedScenario) -> Driver:
 
 
 @contextmanager
-def _file_of(model: Model | PathText) -> Iterator[Path]:
-    if not isinstance(model, Model):
-        yield path_of("model", model)
-        return
-    with model.file() as file:
-        yield file
-
-
-@contextmanager
 def _listening(folder: Path | None, changes: Any) -> Iterator[None]:
     """Take changes of parameters while a recorded run lasts (`rtctl set`)."""
     from rtctl.session.live.control_socket import listening
@@ -291,9 +310,3 @@ def _telling(folder: Path | None, loaded: LoadedScenario, report: Reporter) -> I
         live_status(folder, scenario, steps_of(scenario), show),
     ):
         yield
-
-
-def _error_text(errors: Mapping[str, Any], figure: str) -> str:
-    """Return a figure of a summary's errors in its unit and in percent of the range."""
-    value = errors.get(f"{figure}_um", errors.get(figure))
-    return f"{number(value, errors.get('unit', 'um'))} ({number(errors[f'{figure}_percent'], '%')})"

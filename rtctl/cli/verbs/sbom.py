@@ -17,22 +17,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print a table, or the bill as JSON. Returns 0."""
-    import json
-
+    from rtctl.api.materials import list_materials
     from rtctl.cli.options import output_file, print_json
-    from rtctl.output.atomic_write import replacing
-    from rtctl.output.bill_of_materials import bill_of_materials, materials
     from rtctl.output.tables import print_table
 
     if args.out is not None:
         output_file(args.out, "a bill of materials", COMMAND)
-    found = materials()
-    bill = bill_of_materials(found)
+    listed = list_materials()
     if args.out is not None:
-        with replacing(args.out, COMMAND) as partial:
-            partial.write_text(json.dumps(bill, indent=1), encoding="utf-8")
+        listed.save(args.out)
+    found = listed.packages
     if args.json:
-        print_json(bill)
+        print_json(listed.to_dict())
     elif not args.quiet:
         rows = [
             [one.name, one.version, one.licence or "not stated", "" if one.needed else "extra"]

@@ -19,16 +19,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run the verb."""
-    from rtctl.border.errors import InputError
+    from rtctl.api.exporting.firmware import write_sources
     from rtctl.cli.options import output_folder, print_json
-    from rtctl.wiring_served import write_firmware
 
     folder = output_folder(args.out)
-    if folder.exists() and any(folder.iterdir()) and not args.force:
-        raise InputError(
-            f"--out {folder}: is not empty; choose a new folder, or --force to overwrite sources"
-        )
-    name = write_firmware(args.film, folder)
+    name = write_sources(folder, args.film, force=args.force)
     if args.json:
         print_json({"folder": str(folder), "film": name})
     elif not args.quiet:

@@ -77,5 +77,5 @@ def _run_on_board(args: argparse.Namespace, folder: Path) -> int:
     if args.json:
         print_json(result.summary, "run")
     elif not args.quiet:
-        print_summary(result.summary, None if result.tuning is None else result.tuning.describe(), folder)
-    return 0 if result.summary["verdict"] == "pass" else 1
+        print_summary(result.summary, result.tuning, folder)
+    return 0 if result.passed else 1
