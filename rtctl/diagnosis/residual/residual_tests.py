@@ -11,6 +11,8 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.directions import Direction
@@ -91,6 +93,20 @@ def run_residual_tests(
         hypothesis, analysis.directions, analysis.projected, analysis.noise, tuple(tests), input_noise
     )
     return _without_drive_noise(tested, problem)
+
+
+def project_plainly(tested: TestedHypothesis, problem: Problem, ids: Sequence[str]) -> TestedHypothesis:
+    """Return a tested hypothesis whose directions are projected by plain squares, as fits weigh them; tests stay.
+
+    It is the same where the optimum is at the edge of divergence.
+    """
+    sizes = (problem.size(name) for name in tested.hypothesis.sensitivity.outputs)
+    white = [NoiseModel(np.empty(0), size**2) for size in sizes]
+    try:
+        analysis = analyse_residual(tested.hypothesis, problem, ids, white)
+    except ArithmeticError:
+        return tested
+    return tested._replace(directions=analysis.directions, projected=analysis.projected)
 
 
 def _without_drive_noise(tested: TestedHypothesis, problem: Problem) -> TestedHypothesis:

@@ -16,7 +16,7 @@ from rtctl.diagnosis.nominal_fit.step_refinement import refine_steps
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.noise_floor import residual_over_noise
-from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
+from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, project_plainly, run_residual_tests
 from rtctl.diagnosis.search.challengers import list_unfinished, refit_challengers, refit_rivals
 from rtctl.diagnosis.search.elimination.backward_elimination import (
     drop_causes_within_allowance,
@@ -270,11 +270,17 @@ def stop_without_progress(state: SearchState) -> SearchState:
 
 
 def _add_two_at_once(state: SearchState) -> SearchState | None:
-    """Return the state with the smaller set and two causes more, fitted; None where that is not far better either."""
+    """Return the state with the smaller set and two causes more, fitted; None where that is not far better either.
+
+    Pairs are those that promise most beside the noise, and by plain squares: a drift is slow noise to a filter that
+    whitens the residual, and no pair with it is proposed by that; but plain squares keep a quadratic spring, whose mean
+    the drift takes up, from its size, and only both together leave less.
+    """
     size, limits = state.size + 1, state.limits
     if size > limits.largest_set or state.out_of_work:
         return None
-    pairs = interleave(_propose_two(state, state.smaller))
+    plain = project_plainly(state.smaller, state.problem, state.settings.ids)
+    pairs = interleave([*_propose_two(state, state.smaller), propose_pairs(plain, limits)])
     fits = halve_successively(state.problem, pairs, state.settings.report, state.settings.budget)
     if not fits:
         return None
