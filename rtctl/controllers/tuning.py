@@ -95,7 +95,8 @@ def margins_of(
     margin, and is the crossover. A resonance behind a delay has several of both. Infinite where there are none: the
     crossover is then 0, or half the sample rate where |L| is above 1 up to there. How far -1 is does not say whether
     the loop is stable: that is given by `stable`. Of a loop that is not, the gain margin is the factor below 1 to which
-    the gain must fall to be rid of all crossings beyond -1, and the phase margin is negative.
+    the gain must fall to be rid of all crossings beyond -1, and the phase margin is negative: -180 where |L| is never
+    1.
     """
     size = np.abs(response)
     k = np.flatnonzero((size[:-1] >= 1.0) != (size[1:] >= 1.0))
@@ -113,7 +114,7 @@ def margins_of(
     axis = np.append(real[k] + share * (real[k + 1] - real[k]), real[-1])  # at half the sample rate L is real
     axis = axis[(axis < 0.0) & ((axis > -1.0) if stable else (axis <= -1.0))]
     gain_margin = float(-1.0 / axis.min()) if len(axis) else math.inf if stable else 0.0
-    return gain_margin, phase_margin if stable else -phase_margin, crossover
+    return gain_margin, phase_margin if stable else -min(phase_margin, 180.0), crossover
 
 
 def encloses(response: NDArray[np.complex128]) -> bool:

@@ -51,6 +51,15 @@ def test_stability_and_gain_margin_are_those_of_the_poles(
     assert not is_stable(1.01 * gain_margin * system)
 
 
+def test_a_loop_that_is_unstable_at_every_phase_says_so_in_a_number() -> None:
+    response = np.asarray(loop(100.0, 60.0, 0.1, 4)(np.exp(1j * ANGLE)))
+    assert encloses(response)
+    gain_margin, phase_margin, crossover = margins_of(response, ANGLE, stable=False)
+    assert 0.0 < gain_margin < 0.01
+    assert phase_margin == -180.0
+    assert crossover == pytest.approx(np.pi)
+
+
 @pytest.mark.parametrize(("gain", "mode_hz", "share", "delay"), CASES)
 def test_a_turn_by_the_phase_margin_reaches_the_brink(
     gain: float, mode_hz: float, share: float, delay: int
