@@ -95,8 +95,7 @@ def margins_of(
     margin, and is the crossover. A resonance behind a delay has several of both. Infinite where there are none: the
     crossover is then 0, or half the sample rate where |L| is above 1 up to there. How far -1 is does not say whether
     the loop is stable: that is given by `stable`. Of a loop that is not, the gain margin is the factor below 1 to which
-    the gain must fall to be rid of all crossings beyond -1, and the phase margin is negative: -180 where |L| is never
-    1.
+    the gain must fall to be rid of all crossings beyond -1, and the phase margin is negative (-180 if |L| is never 1).
     """
     size = np.abs(response)
     k = np.flatnonzero((size[:-1] >= 1.0) != (size[1:] >= 1.0))

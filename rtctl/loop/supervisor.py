@@ -123,12 +123,8 @@ def run_loop(parts: LoopParts, plan: LoopPlan, first: Measurement) -> LoopOutcom
                 survived.append((at.index + 1, fault, message))
                 fault, message = None, ""
     finally:  # also on what is no fault: a second Ctrl-C, a bug
-        closed = parts.driver.close(safe) if fault is None else None
-        if closed in (SwitchedOff.SAFE, SwitchedOff.SILENT):
-            logging.getLogger("rtctl").warning(
-                "at the end of the run: %s",
-                how_left(parts.driver.profile, at.acknowledged, closed, plan.watchdog_s),
-            )
+        if fault is None:
+            _close_at_end(parts, plan, at, safe)
     timing = parts.timing
     return LoopOutcome(
         steps=timing.steps,
@@ -138,6 +134,14 @@ def run_loop(parts: LoopParts, plan: LoopPlan, first: Measurement) -> LoopOutcom
         survived=tuple(survived),
         taken_in=taken_in,
     )
+
+
+def _close_at_end(parts: LoopParts, plan: LoopPlan, at: Position, safe: tuple[float, ...]) -> None:
+    """Close the driver, and warn where the device did not acknowledge that it is off."""
+    closed = parts.driver.close(safe)
+    if closed in (SwitchedOff.SAFE, SwitchedOff.SILENT):
+        left = how_left(parts.driver.profile, at.acknowledged, closed, plan.watchdog_s)
+        logging.getLogger("rtctl").warning("at the end of the run: %s", left)
 
 
 def _reopened(parts: LoopParts, plan: LoopPlan) -> Measurement:

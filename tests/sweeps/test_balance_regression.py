@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subjects import subject_for
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
-from rtctl.diagnosis.search.proposals.regression import NO_REGRESSIONS, propose_by_regression
+from rtctl.diagnosis.search.proposals.regression import NO_REGRESSIONS, Regression, propose_by_regression
 from rtctl.identification.oscillator.identify import select_usable_records
 from rtctl.identification.scales import estimate_scales
 from rtctl.identification.sweep_record import prepare_sweep
@@ -75,6 +76,16 @@ def test_two_causes_at_once(tmp_path: Path) -> None:
     start = started(first.simulation)
     assert start["damping.nonlinear.coefficient"] == pytest.approx(0.8 * DAMPING, rel=0.1)
     assert start["damping.quadratic.coefficient"] == pytest.approx(0.02, rel=0.1)
+
+
+def test_rows_without_a_drive_tell_nothing(tmp_path: Path) -> None:
+    problem, parent = case(tmp_path, 0.8 * DAMPING, 0.0)
+    record = problem.records[0]
+    silent = replace(record.stimulus, inputs={**record.stimulus.inputs, "drive": np.zeros(record.samples)})
+    more = replace(problem, records=(*problem.records, replace(record, stimulus=silent)))
+    driven = Regression(parent.hypothesis, problem, ()).solve()
+    with_silent = Regression(parent.hypothesis, more, ()).solve()
+    np.testing.assert_array_equal(with_silent.nominal, driven.nominal)
 
 
 def test_none_where_nothing_is_missing(tmp_path: Path) -> None:

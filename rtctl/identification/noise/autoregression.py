@@ -80,15 +80,14 @@ def first_rows_of(coefficients: FloatArray, variance: float) -> FloatArray:
 def variance_of(coefficients: FloatArray, variance: float) -> float:
     """Return the variance of the series of a stable autoregression, whose innovations have `variance`.
 
-    It is infinite where the autoregression is not stable.
+    Raises:
+        ValueError: It is not stable.
     """
-    a = coefficients
-    while len(a):  # Levinson's recursion backwards
-        left = 1.0 - a[-1] ** 2
-        if not left > 0.0:
-            return float("inf")
-        variance, a = variance / left, (a[:-1] - a[-1] * a[-2::-1]) / left
-    return float(variance)
+    if not len(coefficients) or variance == 0.0:
+        return variance
+    return float(
+        first_rows_of(coefficients, variance)[0, 0] ** -2
+    )  # whitens the first sample by its own size
 
 
 def whiten(series: FloatArray, kernel: FloatArray, begin: FloatArray) -> FloatArray:

@@ -104,9 +104,8 @@ class NoiseModel(NamedTuple):
         if self.slow is None and not self.resonant:
             return autoregression.variance_of(self.coefficients, self.variance)
         length = LONG_LENGTH if self.slow is None else FINE_LENGTH
-        power = self.power(
-            length
-        )  # 0 and half the sample rate stand once among the frequencies, others twice
+        power = self.power(length)
+        # 0 and half the sample rate stand once among the frequencies, others twice
         return float((2.0 * power.sum() - power[0] - power[-1]) / length)
 
     def power(self, length: int) -> FloatArray:

@@ -128,7 +128,9 @@ class RowsOfSweep:
 
     def _weighted(self, amplitudes: ComplexArray) -> FloatArray:
         """Return in-phase and quadrature parts (k, 2 rows) of amplitudes (k, rows), each row by its weight."""
-        scaled = amplitudes * (np.abs(self.z) / np.maximum(np.abs(self.drive), 1e-300))
+        drive = np.abs(self.drive)
+        driven = drive > 0.0  # what is read without a drive tells nothing of its response
+        scaled = amplitudes * np.where(driven, np.abs(self.z) / np.where(driven, drive, 1.0), 0.0)
         return np.hstack([scaled.real, scaled.imag])
 
 
