@@ -35,7 +35,7 @@ def test_a_wrong_hold_is_to_be_written_before_anything_else(
 ) -> None:
     said, page = answered(tmp_path, capsys, device(), "zero", "input.hold,friction.coulomb,stiffness.cubic")
     assert said.startswith(
-        f"The manifest is wrong: {FIRST}. Then run rtctl identify and rtctl diagnose again"
+        f"The hold in the manifest does not fit the data: {FIRST}. Then run rtctl identify and rtctl diagnose again"
     )
     assert "Measure this next" not in said
     last = said.strip().splitlines()[-1]
@@ -46,7 +46,7 @@ def test_a_wrong_hold_is_to_be_written_before_anything_else(
     )
     (headline,) = re.findall("<h1>(.*?)</h1>", page)
     assert headline.startswith(
-        f'<span class="partly_explained">The manifest is wrong: {FIRST}. With it, the residual'
+        f'<span class="partly_explained">The hold in the manifest does not fit the data: {FIRST}. With it, the residual'
     )
     (to_do,) = re.findall("<h3>What to do</h3><ul>(.*?)</ul>", page)
     assert to_do.startswith(f"<li>W{FIRST[1:]}. Then run rtctl identify")

@@ -352,13 +352,29 @@ def test_a_drive_in_steps_is_held(tmp_path: Path) -> None:
 
 
 def test_a_hold_that_no_row_shows_is_told_until_it_is_said(tmp_path: Path) -> None:
-    path = write_text(tmp_path / "r.csv", "t [s],u [V],x [mm]\n", M.t, M.u, M.x)
+    rough = np.random.default_rng(5).standard_normal(len(M.t))
+    path = write_text(tmp_path / "r.csv", "t [s],u [V],x [mm]\n", M.t, rough, M.x)
     found = guessed(path)
     assert found.dataset.holds == {"drive": "linear"}
     (told,) = found.unsure
     for words in ("do not show how it goes on", 'hold = "linear"', "--hold zero", "half a sample of delay"):
         assert words in told
     assert rtctl.init(path, out=tmp_path / "said", plot=False, hold="zero").unsure == ()
+
+
+def test_a_smooth_drive_is_the_curve_through_its_rows(tmp_path: Path) -> None:
+    noisy = M.u + 0.01 * np.std(M.u) * np.random.default_rng(5).standard_normal(len(M.u))
+    found = guessed(write_text(tmp_path / "smooth.csv", "t [s],u [V],x [mm]\n", M.t, noisy, M.x))
+    assert found.dataset.holds == {"drive": "band-limited"}
+    (told,) = found.unsure
+    for words in ("nothing of it near half the sample rate", "--hold zero", "half a sample of delay"):
+        assert words in told
+
+
+def test_a_smooth_drive_with_a_step_goes_on_in_straight_lines(tmp_path: Path) -> None:
+    stepped = M.u + np.where(M.t < 0.5 * M.t[-1], 0.0, np.std(M.u))
+    found = guessed(write_text(tmp_path / "step.csv", "t [s],u [V],x [mm]\n", M.t, stepped, M.x))
+    assert found.dataset.holds == {"drive": "linear"}
 
 
 @pytest.mark.parametrize(

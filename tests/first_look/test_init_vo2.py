@@ -152,4 +152,4 @@ def test_an_acquisition_was_held_too(tmp_path: Path) -> None:
 def test_a_simulation_written_by_the_program_says_nothing_of_the_hold(tmp_path: Path) -> None:
     path = own_recording(tmp_path / "r00.parquet", "simulate", record="r00")
     found = rtctl.init(path, out=tmp_path / "new", plot=False)
-    assert found.dataset.holds == {"current": "linear"}
+    assert found.dataset.holds == {"current": "band-limited"}

@@ -140,7 +140,7 @@ def test_the_sentence_is_taken_and_told_wherever_it_stands(tmp_path: Path, write
 @pytest.mark.parametrize("write", WAYS, ids=lambda one: one.__name__)
 def test_another_sentence_changes_nothing(tmp_path: Path, write) -> None:  # type: ignore[no-untyped-def]
     found = rtctl.init(write(tmp_path, "A/D with sample and hold"), plot=False)
-    assert found.dataset.holds == {"drive": "linear"}
+    assert found.dataset.holds == {"drive": "band-limited"}
 
 
 def test_an_option_counts_more_and_the_contradiction_is_told(tmp_path: Path) -> None:

@@ -45,7 +45,7 @@ TAKEN_NOISE = (
 )
 DELAY_DOUBT = (
     "{id} is uncertain by half a sample, {half}, beyond its interval, as nothing shows how the {signal} goes on "
-    'between its samples: hold = "linear" in the manifest is a guess, and a drive that a converter holds ("zero") acts '
+    'between its samples: hold = "{hold}" in the manifest is a guess, and a drive that a converter holds ("zero") acts '
     'that much later by itself. If a converter holds it, write hold = "zero" in [signals.{signal}] and run rtctl '
     "identify and rtctl diagnose again"
 )
@@ -128,7 +128,8 @@ def doubt_delays(causes: Sequence[Cause], problem: Problem) -> list[str]:
         return []
     period_s = max(record.period_s for record in problem.records)
     half = readable(0.5 * period_s, "s")
-    guessed = [name for name, hold in problem.records[0].stimulus.holds.items() if hold == "linear"]
+    holds = problem.records[0].stimulus.holds
+    guessed = [name for name, hold in holds.items() if hold != "zero"]
     said = []
     for cause in causes:
         place, _, law = cause.id.rpartition(".")
@@ -137,5 +138,5 @@ def doubt_delays(causes: Sequence[Cause], problem: Problem) -> list[str]:
         is_short = law == "lag" and time is not None and time.value <= period_s
         if own and (law in LATE or is_short):
             text = LAG_DOUBT if is_short else DELAY_DOUBT
-            said.append(text.format(id=cause.id, half=half, signal=own[0]))
+            said.append(text.format(id=cause.id, half=half, signal=own[0], hold=holds[own[0]]))
     return said

@@ -36,9 +36,9 @@ CORRECT_FIRST = (
 
 
 def state_correction(diagnosis: Diagnosis) -> str:
-    """Return what is wrong in the manifest, with what to write; that it may be wrong, where the data do not decide."""
+    """Return which hold fits the data, with what to write; that it may, where the data do not decide."""
     sure = not any(cause.indistinguishable_from for cause in diagnosis.causes if cause.hold)
-    return f"The manifest {'is' if sure else 'may be'} wrong: {diagnosis.correction}."
+    return f"The hold in the manifest {'does' if sure else 'may'} not fit the data: {diagnosis.correction}."
 
 
 def describe_verdict(diagnosis: Diagnosis) -> str:

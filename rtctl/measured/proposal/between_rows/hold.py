@@ -16,11 +16,20 @@ from rtctl.measured.proposal.naming.own_recording import is_own_recording, is_ow
 HOLDS = ("linear", "zero", "band-limited")
 HELD_SHARE = 0.5
 """Share of rows that repeat the one before, from which an input is taken as held between its samples."""
+FAST, TAPS = 0.8, 63
+"""Share of half the sample rate from which a change is fast, and the rows of the filter that sees it."""
+LEAST_FAST = 0.05
+"""Largest fast part over the RMS of an input that its rows show whole: above it there are steps, or loud noise."""
 SAID = "you said so"
+LATER = "If a converter holds each value until the next one, say --hold zero, or the model is off by half a sample of delay"
 UNSEEN = (
     '{name}: it changes from row to row, so its rows do not show how it goes on between them: hold = "linear" '
-    "(straight lines) is taken. If a converter holds each value until the next one, say --hold zero, or the model is "
-    "off by half a sample of delay. If it was measured behind an anti-aliasing filter, --hold band-limited is closer"
+    f"(straight lines) is taken. {LATER}. If it was measured behind an anti-aliasing filter, --hold band-limited is "
+    "closer"
+)
+SMOOTH = (
+    '{name}: it changes from row to row, and nothing of it near half the sample rate: hold = "band-limited" (the '
+    f"smooth curve through its rows) is taken. {LATER}"
 )
 COMMAND = re.compile(
     r"(?:^|[\W_])(?:cmd|command(?:ed)?|set_?point|sollwert|stellgr(?:ö|oe)(?:ß|ss)e|consigne|mando|dac|ao)\d*(?=$|[\W_])",
@@ -75,6 +84,18 @@ def find_hold(
         return Hold("zero", "it stays and jumps, as the output of a converter does")
     if COMMAND.search(column):
         return Hold("zero", "its name says a command", (CALLED_COMMAND.format(name=name, column=column),))
+    if values is not None and _is_smooth(values):
+        return Hold("band-limited", "it is smooth, as a measured signal is", (SMOOTH.format(name=name),))
     return Hold(
         "linear", "it changes from row to row, as a measured signal does", (UNSEEN.format(name=name),)
     )
+
+
+def _is_smooth(values: FloatArray) -> bool:
+    """Return whether an input (n,) has no part near half the sample rate: no step, no noise beyond a few percent."""
+    if len(values) < 2 * TAPS or not np.isfinite(values).all():
+        return False
+    from scipy.signal import fftconvolve, firwin
+
+    fast = fftconvolve(values - np.mean(values), firwin(TAPS, FAST, pass_zero=False), mode="valid")
+    return float(np.abs(fast).max()) < LEAST_FAST * float(np.std(values))
