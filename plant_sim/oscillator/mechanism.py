@@ -7,7 +7,6 @@ passes them: `input` (the drive between its samples), `drive` (the drive at the 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -128,8 +127,8 @@ class OscillatorMechanism(Mechanism):
     fastest_rate: Callable[[Values, float], float] = lambda values, speed: 0.0
     """Angular frequency [1/s] that it adds (in squares) to what the integrator must resolve, at speeds up to `speed`;
     of a relaxation `RELAXATION` times its rate."""
-    transition: Callable[[Values], float] = lambda values: math.inf
-    """Change of the velocity within which its force changes as the motion turns: steps resolve it."""
+    transition: Callable[[Values], tuple[float, float] | None] = lambda values: None
+    """Change of the velocity within which its force changes as the motion turns, and that force: steps resolve it."""
     stage: int = 0
     """Order among mechanisms that act at the same place: lower ones first."""
     transfer: Callable[[ComplexArray, Values], ComplexArray] | None = None

@@ -45,6 +45,9 @@ TRANSITION = 0.01
 """Share of the acceleration over a force's transition speed that the rate of a motion counts: at 256 steps in a period
 of it the velocity changes by 2.5 transition speeds a step at most. Measured with a smooth sign of 1 to 30 % of the top
 speed: off by 1e-7 of the motion, by 1e-5 at the 64 steps of fits."""
+WEAK = 1e-4
+"""Force over the acceleration up to which no step is shorter for its transition. Steps that do not resolve it are off
+by 3e-3 of that ratio, by 1e-2 at the 64 steps of fits (measured, 1e-5 to 0.1 and a sign smooth over 0.1 to 10 %)."""
 BLOCK_SAMPLES = 256
 """Samples of all lanes that are transposed at once: 64 kB of 32 lanes."""
 
@@ -60,8 +63,8 @@ class Equation:
     """Number of rows of each memory."""
     own_rate: Callable[[float], float] = lambda speed: 0.0
     """Rate [1/s] that mechanisms add at speeds up to the given one."""
-    narrowest: float = math.inf
-    """Least change of the velocity within which a mechanism's force changes."""
+    transitions: tuple[tuple[float, float], ...] = ()
+    """Changes of the velocity within which forces change as the motion turns, and these forces, of all lanes."""
 
     @classmethod
     def of(
@@ -106,7 +109,12 @@ class Equation:
                 math.hypot(*(one.fastest_rate(of_all[j], speed) for one, of_all in own))
                 for j in range(len(values))
             ),
-            narrowest=min((one.transition(lane) for one, of_all in own for lane in of_all), default=math.inf),
+            transitions=tuple(
+                change
+                for one, of_all in own
+                for lane in of_all
+                if (change := one.transition(lane)) is not None
+            ),
         )
 
     def rest(self) -> float:
@@ -132,8 +140,20 @@ class Equation:
         rate = float(np.sqrt(stiffness.max()))
         speed = rate * min(reach, swing)
         damping = p[DAMPING] + p[DAMPING_2] * reach2 + p[DAMPING_ABS] * speed
-        turning = TRANSITION * rate * speed / self.narrowest
-        return math.hypot(rate, self.own_rate(speed), turning), float(damping.max())
+        return math.hypot(rate, self.own_rate(speed), self._turning(rate, speed)), float(damping.max())
+
+    def _turning(self, rate: float, speed: float) -> float:
+        """Return the angular frequency [1/s] by which steps resolve forces that change as the motion turns."""
+        acceleration = rate * speed
+        if not acceleration > 0.0:
+            return 0.0
+        return max(
+            (
+                min(TRANSITION * acceleration / within, rate * force / (WEAK * acceleration))
+                for within, force in self.transitions
+            ),
+            default=0.0,
+        )
 
     def share(self, reach: float) -> float:
         """Return the share of the nonlinear force in the linear one at `reach`; infinite if it cannot be split."""

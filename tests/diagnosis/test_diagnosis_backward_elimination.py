@@ -8,8 +8,10 @@ from diagnosis_cases import device, fit_of, friction_case, problem_of
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.elimination.backward_elimination import (
     _compensate,
+    drop_unneeded_causes,
     eliminate_negligible,
     refit_without_each,
     takes_far_longer,
@@ -28,6 +30,15 @@ def test_what_does_not_help_is_taken_out_and_what_does_stays(problem: Problem) -
     assert kept.mechanisms == ("friction.coulomb",)
     assert kept.cost == pytest.approx(fit_of(problem, "friction.coulomb").cost, rel=1e-3)
     assert eliminate_negligible(problem, nominal, kept) is kept
+
+
+def test_what_the_records_need_is_what_bic_or_a_residual_test_asks_for(problem: Problem) -> None:
+    nominal, rubs = fit_of(problem), ("friction.coulomb",)
+    tried = (*rubs, "stiffness.quintic", "drive.lag")
+    alone, both = (run_residual_tests(fit_of(problem, *those), problem, tried) for those in (rubs, tried[:2]))
+    assert drop_unneeded_causes(problem, nominal, both, tried, 0.01).hypothesis.mechanisms == rubs
+    assert drop_unneeded_causes(problem, nominal, both, tried, 1.0) is both, "no smaller set passes"
+    assert drop_unneeded_causes(problem, nominal, alone, tried, 0.01) is alone
 
 
 def test_the_worth_of_each_is_a_fit_without_it_taken_from_what_is_known(problem: Problem) -> None:
@@ -61,10 +72,10 @@ def test_what_stays_makes_up_for_what_goes_before_it_is_fitted(problem: Problem)
 def test_a_start_that_takes_thousands_of_steps_a_sample_is_none(problem: Problem) -> None:
     """A law of friction that fades within a nanometre per second, beside one within a tenth of a millimetre."""
 
-    def stribeck(speed: float) -> Simulation:
+    def stribeck(speed: float, excess: float = 5e3) -> Simulation:
         values = {
             "level": (450.0, "mm/s^2"),
-            "excess": (100.0, "mm/s^2"),
+            "excess": (excess, "mm/s^2"),
             "transition_speed": (speed, "mm/s"),
         }
         parameters = {name: {"value": value, "unit": unit} for name, (value, unit) in values.items()}
@@ -73,3 +84,5 @@ def test_a_start_that_takes_thousands_of_steps_a_sample_is_none(problem: Problem
     assert takes_far_longer(problem, stribeck(1e-4), stribeck(0.1))
     assert takes_far_longer(problem, stribeck(1e-6), stribeck(0.1))  # which no sensible step resolves
     assert not takes_far_longer(problem, stribeck(0.05), stribeck(0.1))
+    weak = 1e-4  # of which no transition matters
+    assert not takes_far_longer(problem, stribeck(1e-4, weak), stribeck(0.1, weak))

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 from duffing_cases import (
+    STIFFNESS,
     UNITS,
     V_0,
     Z_0,
@@ -23,6 +24,8 @@ from duffing_cases import stimulus as record_of
 from mechanism_oracles import stribeck
 
 from plant_sim.oscillator.model import oscillator_simulation
+from plant_sim.oscillator.simulation import OscillatorSimulation
+from rtctl.border.work import metered
 
 LEVEL = 350.0
 TOP_SPEED = 15.0
@@ -51,6 +54,38 @@ def test_a_smooth_sign_is_that_of_scipy_at_the_steps_of_fits_too(level: float, s
     assert off(predicted("friction.coulomb", level=level), expected) > 1e-4
     assert off(predicted("friction.coulomb", level=level, transition_speed=width), expected) < 1e-6
     assert off(predicted("friction.coulomb", 64.0, level=level, transition_speed=width), expected) < 5e-5
+
+
+@pytest.mark.parametrize("over_acceleration", [1e-2, 1e-4])
+@pytest.mark.parametrize("share", [0.01, 0.001])
+def test_steps_resolve_a_smooth_sign_as_far_as_its_force_matters(
+    over_acceleration: float, share: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    values = {
+        "level": over_acceleration * TOP_SPEED * math.sqrt(STIFFNESS),
+        "transition_speed": share * TOP_SPEED,
+    }
+    found, at_fits = (predicted("friction.coulomb", steps, **values) for steps in (None, 64.0))
+    monkeypatch.setattr("plant_sim.oscillator.motion.WEAK", 1e-12)
+    expected = predicted("friction.coulomb", 1024.0, **values)
+    assert off(found, expected) < 1e-6
+    assert off(at_fits, expected) < 1e-5
+
+
+def test_a_weak_friction_asks_for_no_shorter_steps() -> None:
+    bound = simulation("friction.coulomb")
+    level = 1e-6 * TOP_SPEED * math.sqrt(STIFFNESS)
+    weak, sharp = (
+        work_of(bound, {"friction.coulomb.level": level, "friction.coulomb.transition_speed": width})
+        for width in (10.0 * TOP_SPEED, 1e-3 * TOP_SPEED)
+    )
+    assert sharp < 1.1 * weak
+
+
+def work_of(bound: OscillatorSimulation, own: dict[str, float]) -> float:
+    with metered() as meter:
+        bound.predict(record_of(multisine()), lane(bound, own))
+    return meter.steps
 
 
 def test_a_smooth_sign_of_no_width_is_the_ideal_one_without_its_rest() -> None:

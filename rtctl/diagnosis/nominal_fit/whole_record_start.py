@@ -15,7 +15,7 @@ from rtctl.diagnosis.problem.problem import Problem
 
 
 def fit_from_starts(problem: Problem, simulation: Simulation, mechanisms: Sequence[str]) -> Hypothesis | None:
-    """Return the best fit of whole records, from the model's own values or those of short segments.
+    """Return the fit of whole records from the model's own values, or the best of several starts where that is far off.
 
     A jump between motions makes many minima: where the lowest is far off from every start, more segments are tried,
     and a constant of the reading that may hide the motion. Of long sweeps chosen rows are fitted before all.
@@ -27,14 +27,15 @@ def fit_from_starts(problem: Problem, simulation: Simulation, mechanisms: Sequen
         first = fit_from_starts(problem.glance, simulation, mechanisms)
         return None if first is None else fit_hypothesis(problem, first.simulation, mechanisms)
     limits = problem.thresholds.nominal_fit
-    starts = (
-        simulation,
-        *_with_levelled_offsets(problem, simulation),
-        *fit_segments(problem, simulation),
-    )
+    own = fit_hypothesis(problem, simulation, mechanisms)
+    if own is not None and relative_misfit(problem, own) < limits.close_misfit:
+        return own
+    starts = (*_with_levelled_offsets(problem, simulation), *fit_segments(problem, simulation))
     trials = [fit_hypothesis(problem, one, mechanisms, iterations=limits.trial_iterations) for one in starts]
     nearest = _by_cost(trials)[: limits.fitted_starts]
-    fits = _by_cost([fit_hypothesis(problem, one.simulation, mechanisms, one.starts) for one in nearest])
+    fits = _by_cost(
+        [own, *(fit_hypothesis(problem, one.simulation, mechanisms, one.starts) for one in nearest)]
+    )
     if fits and not relative_misfit(problem, fits[0]) >= limits.close_misfit:
         return fits[0]
     more = fit_segments(problem, simulation, settle=False)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from plant_sim.oscillator.equation.binding import law
@@ -55,5 +54,5 @@ MECHANISM = OscillatorMechanism(
     terms={"friction": lambda p: 0.0 if is_smooth(p) else p["level"]},
     memory=Memory(smoothed, 1, constants, acts=is_smooth),
     fastest_rate=lambda p, speed: SMOOTH * p["level"] / p["transition_speed"] if is_smooth(p) else 0.0,
-    transition=lambda p: p["transition_speed"] if is_smooth(p) else math.inf,
+    transition=lambda p: (p["transition_speed"], p["level"]) if is_smooth(p) else None,
 )

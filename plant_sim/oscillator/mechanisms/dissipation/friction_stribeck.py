@@ -44,6 +44,6 @@ MECHANISM = OscillatorMechanism(
         "friction_excess": "excess",
         "friction_fading": lambda p: 1.0 / p["transition_speed"],
     },
-    transition=lambda p: p["transition_speed"],
+    transition=lambda p: (p["transition_speed"], p["excess"]),
     generalises={"friction.coulomb": lambda p: {"level": p["level"]}},
 )

@@ -14,7 +14,8 @@ from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.projection import RecordRows, project
-from rtctl.diagnosis.residual.residual_tests import run_residual_tests
+from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
+from rtctl.diagnosis.search.model_selection import whitened_bic
 from rtctl.diagnosis.search.outcome import SearchResult, replace_chosen
 from rtctl.diagnosis.search.state import SearchSettings
 from rtctl.identification.noise.residual_noise import NoiseModel
@@ -242,6 +243,35 @@ def drop_causes_within_allowance(problem: Problem, result: SearchResult, ids: Se
             break
         chosen = fewer
     return result if chosen is result.chosen.hypothesis else _keep_tests(problem, result, chosen, ids)
+
+
+def drop_unneeded_causes(
+    problem: Problem, nominal: Hypothesis, chosen: TestedHypothesis, ids: Sequence[str], level: float
+) -> TestedHypothesis:
+    """Return a set without the causes that its records do not need, tested; itself where they need all.
+
+    A cause is needed where BIC or a residual test says so: others were taken up in other records.
+
+    Args:
+        problem: Records to fit.
+        nominal: Nominal model, fitted to them.
+        chosen: Set that passes.
+        ids: Mechanisms of the catalogue.
+        level: Level of significance of the residual tests.
+    """
+    while len(_list_causes(nominal, chosen.hypothesis)) > 1:
+        fewer = min(
+            refit_without_each(problem, nominal, chosen.hypothesis), key=lambda one: one.cost, default=None
+        )
+        if fewer is None or whitened_bic(problem, fewer, chosen.noise) > whitened_bic(
+            problem, chosen.hypothesis, chosen.noise
+        ):
+            break
+        tested = run_residual_tests(fewer, problem, ids)
+        if not tested.p_value > level:
+            break
+        chosen = tested
+    return chosen
 
 
 def _keep_tests(

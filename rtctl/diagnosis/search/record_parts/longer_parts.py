@@ -18,15 +18,17 @@ from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
-from rtctl.diagnosis.search.elimination.backward_elimination import refit_without_each
+from rtctl.diagnosis.search.elimination.backward_elimination import drop_unneeded_causes, refit_without_each
 from rtctl.diagnosis.search.model_selection import RankedHypothesis, rank_hypotheses, whitened_bic
 from rtctl.diagnosis.search.outcome import SearchResult, find_equivalents
 from rtctl.diagnosis.search.request import FoundCauses, SearchRequest
+from rtctl.diagnosis.search.stepwise import significance_level
 
 FURTHER = (
     "with {} the model follows {} samples of the records instead of {}: the search went on there, from the model with "
     "that"
 )
+UNNEEDED = "{} was needed in the shorter parts alone, and is left out"
 
 
 class Searched(NamedTuple):
@@ -88,21 +90,24 @@ def _joined(before: Searched, longer: Searched) -> Searched | None:
         return None
     problem, nominal = outcome.refined_problem or longer.request.problem, first.nominal.hypothesis
     outcome = _as_simple_as_before(first, outcome, problem, ids)
-    chosen = outcome.chosen.hypothesis
     fixed = nominal.fixed_parameters
     refitted = fit_hypothesis(problem, nominal.simulation, nominal.mechanisms, fixed_parameters=fixed)
     if refitted is None:
         return None
-    rivals = _refit_rivals(first, outcome, problem)
-    names = ", ".join(first.chosen.hypothesis.mechanisms[len(nominal.mechanisms) :])
+    causes = first.chosen.hypothesis.mechanisms[len(nominal.mechanisms) :]
+    level = significance_level(problem, before.request.options.false_claim_rate)
+    chosen = drop_unneeded_causes(problem, refitted, outcome.chosen, ids, level)
+    outcome = outcome._replace(chosen=chosen)
+    unneeded = [name for name in causes if name not in chosen.hypothesis.mechanisms]
     result = outcome._replace(
         nominal=run_residual_tests(refitted, problem, ids),
         rankings=_comparable(first, outcome),
-        leave_one_out=refit_without_each(problem, refitted, chosen),
-        equivalent=(*outcome.equivalent, *rivals),
+        leave_one_out=refit_without_each(problem, refitted, chosen.hypothesis),
+        equivalent=(*outcome.equivalent, *_refit_rivals(first, outcome, problem, unneeded)),
     )
-    note = FURTHER.format(names, longer.first.problem.samples, before.first.problem.samples)
-    notes = [*before.found.notes, note, *longer.found.notes]
+    samples = longer.first.problem.samples, before.first.problem.samples
+    notes = [*before.found.notes, FURTHER.format(", ".join(causes), *samples), *longer.found.notes]
+    notes += [UNNEEDED.format(", ".join(unneeded))] if unneeded else []
     return Searched(
         as_initial_parts(longer.first, before.first),
         longer.request._replace(nominal=refitted),
@@ -143,22 +148,27 @@ def as_initial_parts(longer: NominalFit, first: NominalFit) -> NominalFit:
     return longer._replace(whole=first.whole, parted=longer.parted or first.parted)
 
 
-def _refit_rivals(first: SearchResult, outcome: SearchResult, problem: Problem) -> tuple[Hypothesis, ...]:
+def _refit_rivals(
+    first: SearchResult, outcome: SearchResult, problem: Problem, unneeded: Sequence[str]
+) -> tuple[Hypothesis, ...]:
     """Return the sets that shorter parts did not tell from the chosen one and longer ones do not either.
 
-    What longer parts need beside the first set is added to its rivals.
+    What longer parts need beside the first set is added to its rivals; what of it they do not need is left out.
     """
-    chosen = outcome.chosen.hypothesis
+    chosen, nominal = outcome.chosen.hypothesis, first.nominal.hypothesis
     added = tuple(name for name in chosen.mechanisms if name not in first.chosen.hypothesis.mechanisms)
     values = {one.name: one.value for one in chosen.simulation.parameters if one.mechanism in added}
     fits = []
     for rival in first.equivalent:
-        simulation = rival.simulation.extended(added)
-        start = np.array([values.get(one.name, one.value) for one in simulation.parameters])
+        kept = (*(name for name in rival.mechanisms if name not in unneeded), *added)
+        known = {one.name: one.value for one in rival.simulation.parameters} | values
+        if len(kept) != len(chosen.mechanisms) or set(kept) == set(chosen.mechanisms):
+            continue
+        simulation = nominal.simulation.extended(kept[len(nominal.mechanisms) :])
+        start = np.array([known[one.name] for one in simulation.parameters])
         fixed = rival.fixed_parameters | {name for name in chosen.fixed_parameters if name in values}
-        fit = fit_hypothesis(
-            problem, simulation.with_values(start), (*rival.mechanisms, *added), fixed_parameters=fixed
-        )
+        fixed &= {one.name for one in simulation.parameters}
+        fit = fit_hypothesis(problem, simulation.with_values(start), kept, fixed_parameters=fixed)
         fits += [fit] if fit is not None else []
     if not fits:
         return ()

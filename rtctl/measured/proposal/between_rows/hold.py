@@ -21,7 +21,7 @@ FAST, TAPS = 0.8, 63
 LEAST_FAST = 0.05
 """Largest fast part over the RMS of an input that its rows show whole: above it there are steps, or loud noise."""
 SAID = "you said so"
-LATER = "If a converter holds each value until the next one, say --hold zero, or the model is off by half a sample of delay"
+LATER = "If a converter holds each value, say --hold zero, or the model is off by half a sample of delay"
 UNSEEN = (
     '{name}: it changes from row to row, so its rows do not show how it goes on between them: hold = "linear" '
     f"(straight lines) is taken. {LATER}. If it was measured behind an anti-aliasing filter, --hold band-limited is "
