@@ -138,12 +138,18 @@ STEADY = 0.0
 """Settling time of a drift that goes on and on."""
 
 
+SHORTEST_SETTLING = 0.1
+"""Settling time of a drift, in durations of the records, below which it is a constant."""
+FIRST_RATE = 1.0 / SHORTEST_SETTLING
+"""Times as far as usual is the first rate of a drift searched: one that settles early is fast at first."""
+
+
 def settling_time() -> Parameter:
     """Declare the time constant with which a drift settles; a steady one is tried by itself."""
     return Parameter(
         name="settling_time", unit="s", meaning="time constant with which the drift settles; 0: it does not",
-        scale=lambda s: s.duration, neutral=None, default=STEADY, simplest=STEADY, low=0.0, shape_range=(0.1, 1.0),
-        grid=2,
+        scale=lambda s: s.duration, neutral=None, default=STEADY, simplest=STEADY, low=0.0,
+        shape_range=(SHORTEST_SETTLING, 1.0), grid=2,
     )  # fmt: skip
 
 

@@ -94,7 +94,7 @@ def fit_in_rounds(
     finalists += select_other_forms(field, finalists, limits)
     finalists += select_by_free_shapes(initial, field, finalists, budget)
     if initial is not problem:  # costs of few samples and of all cannot be compared
-        return _finish_on_all_samples(problem, candidates, finalists)
+        return _finish_on_all_samples(problem, candidates, finalists, budget)
     finished = _finish(problem, finalists, budget)
     return _sort_by_cost([*finished, *(one for one in field if not _is_among(one, finalists))])
 
@@ -167,12 +167,13 @@ def _finish(problem: Problem, finalists: Sequence[Hypothesis], budget: WorkBudge
 
 
 def _finish_on_all_samples(
-    problem: Problem, candidates: Sequence[Candidate], finalists: Sequence[Hypothesis]
+    problem: Problem, candidates: Sequence[Candidate], finalists: Sequence[Hypothesis], budget: WorkBudget
 ) -> list[Hypothesis]:
-    """Fit the first finalists to the end and to all samples, and slow mechanisms beside them."""
+    """Fit the first finalists to the end and to all samples, and slow mechanisms beside them, whatever these leave."""
     count = problem.thresholds.search.finalists_on_all_samples
     fits = [_fit_all_samples(problem, one) for one in finalists[:count]]
     finished = [one for one in fits if one is not None]
+    problem = problem.until(budget.further(budget.thresholds.rivals))
     return _sort_by_cost([*finished, *_fit_slow_mechanisms(problem, candidates, finished)])
 
 

@@ -24,7 +24,8 @@ class BudgetThresholds:
     first_look: float = 1440e6
     """Work [steps] of the search for a cause that acts beside static loops that are too coarse: about 20 s."""
     rivals: float = 580e6
-    """Work [steps] of the refit of rival sets beside an accepted one: about 8 s."""
+    """Work [steps] of the refit of rival sets beside an accepted one, and of slow mechanisms' fits to all samples:
+    about 8 s."""
     longer_parts: float = 2400e6
     """Work [steps] of a search in longer parts of the records, beside causes that explain shorter ones: about 33 s."""
     followed: float = 1080e6

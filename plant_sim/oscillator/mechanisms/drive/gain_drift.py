@@ -9,7 +9,7 @@ import numpy as np
 
 from plant_sim.oscillator.mechanism import Driven, OscillatorMechanism, Values, coefficient
 from rtctl.border.arrays import FloatArray
-from rtctl.border.mechanisms import drift_of, settling_time
+from rtctl.border.mechanisms import FIRST_RATE, drift_of, settling_time
 
 
 def drifting(drive: Driven, p: Values) -> Driven:
@@ -32,7 +32,9 @@ MECHANISM = OscillatorMechanism(
         "with a time constant of {settling_time}."
     },
     parameters=(
-        coefficient("rate", "1/s", "relative, of the drive's gain", lambda s: 1.0 / s.duration),
+        coefficient(
+            "rate", "1/s", "relative, of the drive's gain", lambda s: 1.0 / s.duration, reach=FIRST_RATE
+        ),
         settling_time(),
     ),
     in_steady_state=False,

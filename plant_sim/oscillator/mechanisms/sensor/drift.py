@@ -4,7 +4,7 @@ d is the settling time; without one the reading is z + rate t.
 """
 
 from plant_sim.oscillator.mechanism import Moved, OscillatorMechanism, Values, coefficient
-from rtctl.border.mechanisms import drift_of, settling_time
+from rtctl.border.mechanisms import FIRST_RATE, drift_of, settling_time
 
 
 def drifting(moved: Moved, p: Values) -> Moved:
@@ -22,7 +22,9 @@ MECHANISM = OscillatorMechanism(
         "of {settling_time}."
     },
     parameters=(
-        coefficient("rate", "{y}/s", "of the reading's zero", lambda s: s.reading / s.duration),
+        coefficient(
+            "rate", "{y}/s", "of the reading's zero", lambda s: s.reading / s.duration, reach=FIRST_RATE
+        ),
         settling_time(),
     ),
     in_steady_state=False,

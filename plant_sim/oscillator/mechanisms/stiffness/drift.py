@@ -11,7 +11,7 @@ from typing import Any
 from plant_sim.oscillator.equation.binding import law
 from plant_sim.oscillator.equation.elementary import fading
 from plant_sim.oscillator.mechanism import Memory, OscillatorMechanism, Values, coefficient
-from rtctl.border.mechanisms import STEADY, settling_time
+from rtctl.border.mechanisms import FIRST_RATE, STEADY, settling_time
 
 
 # 8 parameters because every memory law has them (`plant_sim.oscillator.equation.memory`)
@@ -40,7 +40,11 @@ MECHANISM = OscillatorMechanism(
     },
     parameters=(
         coefficient(
-            "rate", "1/s^3", "of the stiffness", lambda s: s.acceleration / (s.displacement * s.duration)
+            "rate",
+            "1/s^3",
+            "of the stiffness",
+            lambda s: s.acceleration / (s.displacement * s.duration),
+            reach=FIRST_RATE,
         ),
         settling_time(),
     ),

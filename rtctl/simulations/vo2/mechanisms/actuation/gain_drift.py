@@ -5,7 +5,7 @@ d is the settling time; without one the current is i (1 + rate t).
 
 import numpy as np
 
-from rtctl.border.mechanisms import drift_of, settling_time
+from rtctl.border.mechanisms import FIRST_RATE, drift_of, settling_time
 from rtctl.simulations.vo2.mechanism import Pieces, Values, Vo2Mechanism, coefficient
 
 INSTANTS = np.array([0.0, 0.5, 1.0])
@@ -31,7 +31,7 @@ MECHANISM = Vo2Mechanism(
         "with a time constant of {settling_time}."
     },
     parameters=(
-        coefficient("rate", "1/s", "relative, of the current's gain", lambda s: 0.1 / s.duration),
+        coefficient("rate", "1/s", "relative, of the current's gain", lambda s: 0.1 / s.duration, reach=FIRST_RATE),
         settling_time(),
     ),
     pieces=drifting,

@@ -4,12 +4,19 @@ Without a slowing time s = t. Contacts and films age with the logarithm of time;
 part lasts differs. A resistance that would not be positive is no number.
 """
 
+import math
+
 import numpy as np
 
 from rtctl.arithmetic.elementary import log1p
 from rtctl.border.kernels import kernel
 from rtctl.border.mechanisms import STEADY, Parameter
 from rtctl.simulations.vo2.mechanism import Read, Values, Vo2Mechanism, coefficient
+
+SHORTEST_SLOWING = 1e-3
+"""Slowing time, in durations of the records, from which the logarithm is searched: three decades of time."""
+FASTEST = 1.0 / (SHORTEST_SLOWING * math.log1p(1.0 / SHORTEST_SLOWING))
+"""First rate of a drift that slows down so early, over that of one with the same change in a record."""
 
 
 @kernel
@@ -34,11 +41,11 @@ MECHANISM = Vo2Mechanism(
         "{slowing_time} it grows with the logarithm of time."
     },
     parameters=(
-        coefficient("rate", "1/s", "relative, at each record's start", lambda s: 0.1 / s.duration),
+        coefficient("rate", "1/s", "relative, at each record's start", lambda s: 0.1 / s.duration, reach=FASTEST),
         Parameter(
             name="slowing_time", unit="s", scale=lambda s: s.duration, neutral=None, default=STEADY, simplest=STEADY,
             meaning="time after which the drift grows with the logarithm of time; 0: it does not slow down",
-            low=0.0, shape_range=(0.01, 1.0), grid=3,
+            low=0.0, shape_range=(SHORTEST_SLOWING, 1.0), grid=4,
         ),
     ),
     instrument=ageing,

@@ -3,7 +3,7 @@
 Without one D + rate t is read. The resistance's drift is `sensor.ageing`.
 """
 
-from rtctl.border.mechanisms import drift_of, settling_time
+from rtctl.border.mechanisms import FIRST_RATE, drift_of, settling_time
 from rtctl.simulations.vo2.mechanism import Read, Values, Vo2Mechanism, coefficient
 
 
@@ -20,7 +20,7 @@ MECHANISM = Vo2Mechanism(
         "constant of {settling_time}."
     },
     parameters=(
-        coefficient("rate", "um/s", "of the reading's zero", lambda s: s.excursion / s.duration),
+        coefficient("rate", "um/s", "of the reading's zero", lambda s: s.excursion / s.duration, reach=FIRST_RATE),
         settling_time(),
     ),
     instrument=drifting,

@@ -8,7 +8,7 @@ semiconductor conducts less by `activation`, the beam bends by -`expansion`.
 
 import numpy as np
 
-from rtctl.border.mechanisms import settling_time
+from rtctl.border.mechanisms import FIRST_RATE, settling_time
 from rtctl.simulations.vo2.mechanism import (
     ACTIVATION,
     EXPANSION,
@@ -46,7 +46,7 @@ MECHANISM = Vo2Mechanism(
     parameters=(
         coefficient(
             "rate", "mA^2/s", "of the surrogate's power, from each record's start",
-            lambda s: 0.1 * power_of(s) / s.duration,
+            lambda s: 0.1 * power_of(s) / s.duration, reach=FIRST_RATE,
         ),
         settling_time(),
         ACTIVATION,
