@@ -86,7 +86,34 @@ class LoopRefitter:
             without_small = self._refit_and_test(result, fewer)
             if without_small is not result and without_small.passes:
                 return without_small
-        return self._refit_and_test(result, known)
+        return self._beside_rivals(result, known)
+
+    def _beside_rivals(self, result: SearchResult, known: Hypothesis) -> SearchResult:
+        """Refit the loops behind a set, and behind the others that leave about as much; the best one is chosen.
+
+        What the loops are off by is most of what such a set leaves, so no criterion that counts noise alone ranks it
+        among those. Behind loops of their own, sets stay rivals where test records do not tell them apart.
+        """
+        best = self._refit_and_test(result, known)
+        if best is result:
+            return result
+        limits, tried = self.problem.thresholds.search, [best]
+        for one in _list_rivals(result, known, limits.similar_cost)[: limits.refits_beside]:
+            if not self._has_left(self.problem.thresholds.budget.refit_twice):
+                break
+            behind = self._refit_and_test(result, one)
+            if behind is not result and len(behind.chosen.hypothesis.mechanisms) == len(
+                best.chosen.hypothesis.mechanisms
+            ):
+                tried.append(behind)
+        best = min(tried, key=lambda one: one.chosen.hypothesis.cost)
+        alike = [one.chosen for one in tried if one is not best and self._is_rival(best.chosen, one.chosen)]
+        return best._replace(equivalent=tuple(one.hypothesis for one in alike))
+
+    def _is_rival(self, best: TestedHypothesis, other: TestedHypothesis) -> bool:
+        """Return whether test records do not tell `other` from `best`: no error is certainly larger."""
+        gains = measure_gains(best.hypothesis, other, self.problem, self.tests)
+        return bool(gains) and all(one.ratio_high >= 1.0 for one in gains)
 
     def refit_nominal(self, result: SearchResult) -> SearchResult | None:
         """Refit the loops behind the nominal model alone; None where that does not help on the test records."""
@@ -238,6 +265,24 @@ class LoopRefitter:
             fixed_parameters=fixed_parameters,
         )
         return _RefittedLoops(placed, fit or behind)
+
+
+def _list_rivals(result: SearchResult, known: Hypothesis, similar: float) -> list[Hypothesis]:
+    """Return the other sets of as many causes that cost about as much as `known`, the cheapest first."""
+    size = len(known.mechanisms) - len(result.nominal.hypothesis.mechanisms)
+    if not 0 < size <= len(result.rankings):
+        return []
+    others = [one.hypothesis for one in result.rankings[size - 1]]
+    return sorted(
+        (
+            one
+            for one in others
+            if set(one.mechanisms) != set(known.mechanisms)
+            and ID not in one.mechanisms
+            and one.cost < similar * known.cost
+        ),
+        key=lambda one: one.cost,
+    )
 
 
 class _RefittedLoops(NamedTuple):
