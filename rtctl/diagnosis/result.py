@@ -179,7 +179,7 @@ class Diagnosis:
             return "no cause is claimed, so there is no extended model"
         if self.doubt:
             return "there is no extended model, because the model itself is to be identified again"
-        if self.gain is not None and not (self.gain.ratio_low > 1.0 or self.helps or self._helps_the_loop):
+        if self.gain is not None and not (self.gain.ratio_low > 1.0 or self._helps_otherwise(self.gain)):
             return (
                 "there is no extended model, because a gain on the test records is not certain: with the causes the "
                 f"error is {self.gain.ratio:.3g} times less, 95 % between {self.gain.ratio_low:.3g} and "
@@ -193,11 +193,14 @@ class Diagnosis:
             )
         return ""
 
-    @property
-    def _helps_the_loop(self) -> bool:
-        """Whether the loop's rehearsal is much better with the extended model."""
+    def _helps_otherwise(self, gain: Gain) -> bool:
+        """Whether the loop is much better with the extended model, or another error falls where this one does not rise.
+
+        What `helps` says is of the fit: the model that is handed out may have no corrections of its signals.
+        """
         least = self.problem.thresholds.verification.helpful_loop_ratio
-        return self.loop is not None and self.loop.after * least <= self.loop.before
+        in_loop = self.loop is not None and self.loop.after * least <= self.loop.before
+        return in_loop or (self.helps and gain.ratio_high >= 1.0)
 
     @property
     def kept(self) -> TestedHypothesis:

@@ -92,6 +92,17 @@ def test_a_model_that_helps_the_loop_alone_is_handed_out(
     assert (found.withheld == "") is handed_out
 
 
+@pytest.mark.parametrize(("high", "handed_out"), [(1.2, True), (0.63, False)])
+def test_another_error_that_falls_is_no_help_where_this_one_certainly_rises(
+    friction: rtctl.Diagnosis, high: float, handed_out: bool
+) -> None:
+    gain = friction.answer.gain
+    assert gain is not None
+    worse = gain._replace(ratio=0.45, ratio_low=0.33, ratio_high=high)
+    found = replace(friction.answer, gain=worse, helps=True, loop=None)
+    assert (found.withheld == "") is handed_out
+
+
 @pytest.mark.slow
 def test_a_rehearsal_of_the_next_experiment_has_a_model_all_the_same(
     unexplained: rtctl.Diagnosis, tmp_path: Path, capsys: pytest.CaptureFixture[str]
