@@ -182,8 +182,7 @@ class Diagnosis:
         if self.gain is not None and not (self.gain.ratio_low > 1.0 or self._helps_otherwise(self.gain)):
             return (
                 "there is no extended model, because a gain on the test records is not certain: with the causes the "
-                f"error is {self.gain.ratio:.3g} times less, 95 % between {self.gain.ratio_low:.3g} and "
-                f"{self.gain.ratio_high:.3g}"
+                f"error is {self.gain.in_words}"
             )
         worst = self.problem.thresholds.verification.worst_loop_ratio
         if self.loop is not None and not self.loop.after <= worst * self.loop.before:

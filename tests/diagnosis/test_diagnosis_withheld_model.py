@@ -79,6 +79,8 @@ def test_an_uncertain_gain_withholds_the_model_and_keeps_the_name(
     said = json.loads((tmp_path / "diagnosis.json").read_text())["model_withheld"]
     assert said.endswith("1.1 times less, 95 % between 0.9 and 1.3")
     assert said[1:] in (tmp_path / "report.html").read_text()
+    rises = gain._replace(ratio=0.5, ratio_low=0.25, ratio_high=0.8)
+    assert rises.in_words == "2 times more, 95 % between 1.25 and 4"
 
 
 @pytest.mark.parametrize(("after", "handed_out"), [(0.053, True), (1.5, False)])

@@ -95,10 +95,9 @@ def _print_gain(found: Diagnosis) -> None:
     """Print the errors on the test records and in the loop, without and with the causes."""
     if (gain := found.gain) is not None:
         after = f" -> {readable(gain.after, gain.unit)}" if found.causes else ""
-        less = f"; {gain.ratio:.3g} times less, 95 % between {gain.ratio_low:.3g} and {gain.ratio_high:.3g}"
         print(
             f"  error on test records: {readable(gain.before, gain.unit)}{after} "
-            f"({describe_noise(found)}){less if found.causes else ''}"
+            f"({describe_noise(found)}){f'; {gain.in_words}' if found.causes else ''}"
         )
     if found.loop is not None:
         loop, unit = found.loop, readable_unit(found.loop.before, found.loop.unit)

@@ -185,12 +185,11 @@ def _gain_tiles(diagnosis: Diagnosis) -> list[str]:
     )
     if not diagnosis.causes:
         return [before]
+    times, how = gain.in_words.split(" times ")
     return [
         before,
         tile(_size(gain.after, gain.unit), "the same with the causes"),
-        tile(
-            f"{gain.ratio:.3g}×", f"less error; 95 % between {gain.ratio_low:.3g} and {gain.ratio_high:.3g}"
-        ),
+        tile(f"{times}×", how.replace(",", " error;", 1)),
     ]
 
 
