@@ -211,6 +211,11 @@ class Mechanism:
     """Whether it grows with the time since a record's start, so that the first part hardly shows it."""
     by_levels: bool = False
     """Whether a diagnosis recognises it by the levels of the readings: no fit follows a step."""
+    about_another_zero: Callable[[Mapping[str, float]], tuple[str, ...]] = lambda values: ()
+    """Ids of mechanisms that are the same law about another zero of the displacement, by the model's parameters.
+
+    Nothing tells them from it where no displacement was measured.
+    """
 
     def __post_init__(self) -> None:
         if all(parameter.is_shape for parameter in self.parameters):

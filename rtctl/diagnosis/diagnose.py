@@ -219,7 +219,11 @@ def _answer(
     problem, verdict, fits, units = request.problem, verified.verdict, verified.fits, holdout.units
     stopped = stopped or verdict.stopped
     same_laws = find_same_laws(
-        problem.subject.from_comparable(search.nominal.hypothesis.simulation), request.ids
+        problem.subject.from_comparable(search.nominal.hypothesis.simulation),
+        request.ids,
+        {"displacement"}
+        if problem.subject.is_steady
+        else {name for one in problem.records for name in one.measured},
     )
     named = name_causes(search, verified, problem, same_laws)
     causes = tell_readings_at_the_end(

@@ -105,6 +105,18 @@ def test_where_the_skew_is_not_asked_for_the_delay_stands_alone(tmp_path: Path) 
     assert (cause["id"], cause["indistinguishable_from"]) == ("drive.delay", [])
 
 
+def test_a_constant_force_on_a_cubic_spring_is_a_quadratic_one_where_no_displacement_was_measured() -> None:
+    ids, hard = (
+        ("stiffness.quadratic", "drive.offset", "drive.lag"),
+        device(stiffness_cubic=(6e5, "1/(mm^2*s^2)")),
+    )
+    same = find_same_laws(hard, ids, {"acceleration"})
+    assert same == {"stiffness.quadratic": ("drive.offset",), "drive.offset": ("stiffness.quadratic",)}
+    assert find_same_laws(hard, ids, {"acceleration", "displacement"}) == {}
+    assert find_same_laws(hard, ids[1:], {"acceleration"}) == {}
+    assert find_same_laws(device(), ids, {"acceleration"}) == {}, "a straight spring has no other place"
+
+
 def test_each_name_is_followed_by_those_of_its_law() -> None:
     same = find_same_laws(device(), ("drive.delay", "timing.skew", "drive.lag"))
     assert same == {"drive.delay": ("timing.skew",)}

@@ -1,7 +1,8 @@
 """Mechanisms that are one law: a search fits one of them, and an answer names both.
 
 A reading that is early is a late drive. So is one that is late by a part of a period, if the instrument reads at the
-end of each period, as many do: then the drive is late by the rest of it.
+end of each period, as many do: then the drive is late by the rest of it. And a constant force on a hardening spring is
+a spring that is not symmetric, where no displacement was measured.
 """
 
 from __future__ import annotations
@@ -19,13 +20,26 @@ END_OF_PERIOD = (
 )
 
 
-def find_same_laws(simulation: Simulation, ids: Sequence[str]) -> dict[str, tuple[str, ...]]:
-    """Return by mechanism those of `ids` that are the same law on the side that a search leaves to it."""
+def find_same_laws(
+    simulation: Simulation, ids: Sequence[str], measured: Collection[str] = ("displacement",)
+) -> dict[str, tuple[str, ...]]:
+    """Return by mechanism those of `ids` that are the same law on the side that a search leaves to it.
+
+    Args:
+        simulation: The re-fitted nominal model.
+        ids: Mechanisms that were tried.
+        measured: Outputs that were measured; without a displacement its zero is unseen too.
+    """
     found: dict[str, tuple[str, ...]] = {}
+    values = {one.name: one.value for one in simulation.parameters}
     for one in ids:
-        for parameter in simulation.extended((one,)).mechanisms[-1].parameters:
+        mechanism = simulation.extended((one,)).mechanisms[-1]
+        for parameter in mechanism.parameters:
             if parameter.opposite:
                 found[parameter.opposite] = (*found.get(parameter.opposite, ()), one)
+        if "displacement" not in measured:
+            alike = tuple(name for name in mechanism.about_another_zero(values) if name in ids)
+            found |= {one: (*found.get(one, ()), *alike)} if alike else {}
     return found
 
 

@@ -17,4 +17,5 @@ MECHANISM = OscillatorMechanism(
     in_steady_state=False,
     drive=shifted,
     stage=2,
+    about_another_zero=lambda p: ("stiffness.quadratic",) if p.get("stiffness_cubic") else (),
 )

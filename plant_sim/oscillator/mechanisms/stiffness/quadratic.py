@@ -1,4 +1,7 @@
-"""`stiffness.quadratic`: - coefficient z^2."""
+"""`stiffness.quadratic`: - coefficient z^2.
+
+About the place to which a constant force moves a hardening spring, its force is k' y + 3 k3 z0 y^2 + k3 y^3.
+"""
 
 from plant_sim.oscillator.mechanism import OscillatorMechanism, coefficient
 
@@ -14,4 +17,5 @@ MECHANISM = OscillatorMechanism(
         ),
     ),
     terms={"quadratic": "coefficient"},
+    about_another_zero=lambda p: ("drive.offset",) if p.get("stiffness_cubic") else (),
 )
