@@ -14,6 +14,8 @@ from scipy.integrate import solve_ivp
 
 from rtctl.identification.vo2 import heating as thermal
 from rtctl.identification.vo2.heating import (
+    SCALES,
+    SEARCH_FACTOR,
     answers_own_current,
     find_time_constant,
     fit_time_constant,
@@ -234,6 +236,17 @@ def test_readings_at_the_end_of_a_period_are_recognised_and_make_the_film_no_fas
     at_start = fit_time_constant([usual], RESISTANCE, DEFLECTION, NOMINAL_S)
     assert at_start is not None
     assert not at_start.reads_after
+
+
+@pytest.mark.parametrize("of_range", [0.97, 0.995, 1.02])
+def test_readings_at_the_end_are_recognised_of_a_film_at_the_end_of_a_range_of_the_search_too(of_range):
+    """Readings at the start had a minimum in that range, 0.43 s: no more than the one that was looked at."""
+    tau_s = of_range * NOMINAL_S * SCALES[1] * SEARCH_FACTOR
+    record = read_after(measured(tau_s, 3, period_s=0.1, samples_a_hold=45))
+    found = find_time_constant([record], RESISTANCE, DEFLECTION, NOMINAL_S)
+    assert found is not None
+    assert found.reads_after
+    assert abs(found.value_s - tau_s) < 4.0 * found.standard_error_s
 
 
 def test_when_rows_are_read_is_what_the_staircases_say_of_a_device_that_is_delayed_later():

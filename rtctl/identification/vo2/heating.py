@@ -99,12 +99,18 @@ def prepend_full_cooling(v: FloatArray) -> FloatArray:
 def find_time_constant(
     records: Sequence[Record], resistance: ReadOut, deflection: ReadOut | None, nominal_s: float
 ) -> TimeConstant | None:
-    """Fit the time constant of a device of any speed: `fit_time_constant` about several scales of the nominal value."""
+    """Fit the time constant of a device of any speed: `fit_time_constant` about several scales of the nominal value.
+
+    A scale counts if the better of both ways to read has its minimum in the range that is searched about it: the other
+    way may have one there that is none of the film's.
+    """
+    outside = None
     for scale in SCALES:
-        found = fit_time_constant(records, resistance, deflection, scale * nominal_s)
-        if found is not None:
+        found, is_within = _fit_about(records, resistance, deflection, scale * nominal_s)
+        if found is not None and is_within:
             return found
-    return None
+        outside = outside or found
+    return outside
 
 
 def fit_time_constant(
@@ -116,26 +122,45 @@ def fit_time_constant(
     tell it alone: what began to act after them delays or hastens the readings of other records. See
     `fit_with_readings`.
     """
-    usual, after, is_after = _fit_both_ways(records, resistance, deflection, nominal_s)
+    return _fit_about(records, resistance, deflection, nominal_s)[0]
+
+
+def _fit_about(
+    records: Sequence[Record], resistance: ReadOut, deflection: ReadOut | None, nominal_s: float
+) -> tuple[TimeConstant | None, bool]:
+    """Return what `fit_time_constant` does, and whether the better way to read has its minimum in the range."""
+    both = _fit_both_ways(records, resistance, deflection, nominal_s)
+    is_after = both.is_after
     staircases = [record for record in records if record.use == "identify"]
-    if after is not None and not is_after and len(staircases) < len(records):
-        is_after = _fit_both_ways(staircases, resistance, deflection, nominal_s)[2]
-    return after if is_after else usual
+    if both.after is not None and not is_after and len(staircases) < len(records):
+        is_after = _fit_both_ways(staircases, resistance, deflection, nominal_s).is_after
+    return both.after if is_after else both.usual, both.is_within
+
+
+class _BothWays(NamedTuple):
+    """Fits with readings at the start and at the end of a period."""
+
+    usual: TimeConstant | None
+    after: TimeConstant | None
+    is_after: bool
+    """Whether readings at the end certainly fit."""
+    is_within: bool
+    """Whether the way that fits better has its minimum in the range that was searched."""
 
 
 def _fit_both_ways(
     records: Sequence[Record], resistance: ReadOut, deflection: ReadOut | None, nominal_s: float
-) -> tuple[TimeConstant | None, TimeConstant | None, bool]:
-    """Return the fits with readings at the start and at the end of a period, and whether the latter certainly fits."""
+) -> _BothWays:
     (usual, least), (after, cost) = (
         fit_with_readings(records, resistance, deflection, nominal_s, reads_after=after)
         for after in (False, True)
     )
     if after is None or not cost < least:
-        return usual, after, False
+        return _BothWays(usual, after, False, not cost < least)
     rows, error = estimate_reading_instant(records, resistance, deflection, nominal_s, after.value_s)
     certain = rows > max(READS_AFTER_ROWS, READS_AFTER_ERRORS * error)
-    return usual, after, certain and answers_own_current(records, resistance, deflection, after.value_s)
+    is_after = certain and answers_own_current(records, resistance, deflection, after.value_s)
+    return _BothWays(usual, after, is_after, True)
 
 
 def answers_own_current(
