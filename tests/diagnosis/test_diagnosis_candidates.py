@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
-from diagnosis_cases import PERIOD_S, device, fit_of, friction_case, measured, noise_drive, problem_of
+from diagnosis_cases import PERIOD_S, device, measured, noise_drive
 
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.nominal_fit.whole_record_start import fit_from_starts
@@ -28,7 +27,6 @@ from rtctl.diagnosis.thresholds import SearchThresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.noise.residual_noise import NoiseModel
 from rtctl.identification.scales import estimate_scales
-from rtctl.measured import read_dataset
 
 SAMPLES = 500
 LIMITS = SearchThresholds()
@@ -149,14 +147,3 @@ def test_where_time_runs_out_no_set_goes_without_a_fit_for_anothers_second_start
     turns = [(*candidate.mechanisms, candidate.start) for candidate in interleave([first, other])]
     assert turns == [("a", 0), ("c", 0), ("b", 0), ("d", 0), ("a", 1), ("c", 1)]
     assert interleave([first]) == [first[0], first[2], first[1]]
-
-
-def test_a_mechanism_whose_size_would_have_to_be_negative_is_no_start(tmp_path: Path) -> None:
-    """Beside a damping that makes up for it, dry friction is the opposite of one that grows with the speed."""
-    problem = problem_of(read_dataset(friction_case(tmp_path)))
-    ids = ("friction.coulomb", "damping.quadratic", "damping.nonlinear")
-    parent = run_residual_tests(fit_of(problem), problem, ids)
-    begun = [one.mechanisms for one in propose_candidates(parent, LIMITS)]
-    assert ("friction.coulomb",) in begun
-    assert ("damping.nonlinear",) in begun, "which may have either sign"
-    assert ("damping.quadratic",) not in begun

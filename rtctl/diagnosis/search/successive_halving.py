@@ -107,11 +107,7 @@ def _fit_starts(
     *,
     whole: bool,
 ) -> dict[Key, list[Hypothesis]]:
-    """Fit every start a few iterations; `whole`: the parents were fitted to the same records.
-
-    Each has its share of the work: steps a period differ by twenty and more, and a spring that relaxes within
-    nanoseconds left nothing for sets of two.
-    """
+    """Fit every start a few iterations; `whole`: the parents were fitted to the same records."""
     fits: dict[Key, list[Hypothesis]] = {}
     parent_costs: dict[int, float] = {}
     fair = budget.left / max(len({(frozenset(one.mechanisms), one.form) for one in candidates}), 1)
@@ -119,7 +115,10 @@ def _fit_starts(
         if budget.spent:
             break
         report(" + ".join(candidate.mechanisms))
-        problem = problem.until(budget.further(fair))
+        if (
+            problem.subject.is_steady
+        ):  # whose steps a period differ by twenty: two sets left no work for the others
+            problem = problem.until(budget.further(fair))
         problem.cancellation.raise_if_cancelled()
         parent = candidate.parent
         if id(parent) not in parent_costs:

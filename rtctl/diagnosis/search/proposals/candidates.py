@@ -25,9 +25,6 @@ def propose_candidates(
 ) -> list[Candidate]:
     """Return the parent's set with each further mechanism, from the linear estimate of its size in its best shapes.
 
-    A shape in which no amplitude may have the sign of that estimate is no start: at its bound the mechanism does not
-    act, and its fit stays there.
-
     Args:
         parent: Tested set that is extended.
         limits: Thresholds of the search.
@@ -43,12 +40,8 @@ def propose_candidates(
         once = strength < limits.weak_share or large
         factors = limits.start_factors[: 1 if once else None]
         for form in dict.fromkeys(parent.directions[group[0]].form for group in groups):
-            of_form = [
-                group
-                for group in groups
-                if parent.directions[group[0]].form == form and _may_act(parent, group)
-            ]
-            for group in of_form[:1] if once or not of_form else _select_shapes(parent, of_form, limits):
+            of_form = [group for group in groups if parent.directions[group[0]].form == form]
+            for group in of_form[:1] if once else _select_shapes(parent, of_form, limits):
                 candidates += [_start_candidate(parent, group, factor, limits) for factor in factors]
     return [*candidates, *_propose_along_valleys(parent, limits)]
 
@@ -122,21 +115,6 @@ def _select_shapes(
         return groups[: limits.shapes_tried]
     feasible = [group for group in groups if _is_feasible(parent, group, known)]
     return (feasible or groups)[: limits.frequencies_tried]
-
-
-def _may_act(parent: TestedHypothesis, group: Sequence[int]) -> bool:
-    """Return whether the linear step of an amplitude is one that its bounds allow, or nothing is known of it."""
-    chosen = [k for k in group if parent.projected.usable[k]]
-    if not chosen or any(parent.directions[k].record != ALL for k in group):
-        return True
-    identity = parent.directions[group[0]].mechanism
-    known = parameters_by_name(parent.hypothesis.simulation.extended((identity,)), identity)
-    steps = _solve_joint_step(parent.projected, len(parent.hypothesis.shared), group)
-    sizes = {k: step * parent.directions[k].scale for k, step in zip(group, steps, strict=True)}
-    amplitudes = {k: known[parent.directions[k].name] for k in chosen}
-    return any(
-        (one.value > one.low) if sizes[k] < 0.0 else (one.value < one.high) for k, one in amplitudes.items()
-    )
 
 
 def _is_feasible(parent: TestedHypothesis, group: Sequence[int], known: Mapping[str, FreeParameter]) -> bool:
