@@ -136,8 +136,6 @@ class Parameter:
 
 STEADY = 0.0
 """Settling time of a drift that goes on and on."""
-
-
 SHORTEST_SETTLING = 0.1
 """Settling time of a drift, in durations of the records, below which it is a constant."""
 FIRST_RATE = 1.0 / SHORTEST_SETTLING

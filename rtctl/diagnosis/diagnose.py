@@ -221,9 +221,8 @@ def _answer(
     same_laws = find_same_laws(
         problem.subject.from_comparable(search.nominal.hypothesis.simulation),
         request.ids,
-        {"displacement"}
-        if problem.subject.is_steady
-        else {name for one in problem.records for name in one.measured},
+        search.chosen.hypothesis.simulation,
+        ("displacement",) if problem.subject.is_steady else problem.measured,
     )
     named = name_causes(search, verified, problem, same_laws)
     causes = tell_readings_at_the_end(

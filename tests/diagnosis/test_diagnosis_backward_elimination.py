@@ -36,9 +36,13 @@ def test_what_the_records_need_is_what_bic_or_a_residual_test_asks_for(problem: 
     nominal, rubs = fit_of(problem), ("friction.coulomb",)
     tried = (*rubs, "stiffness.quintic", "drive.lag")
     alone, both = (run_residual_tests(fit_of(problem, *those), problem, tried) for those in (rubs, tried[:2]))
-    assert drop_unneeded_causes(problem, nominal, both, tried, 0.01).hypothesis.mechanisms == rubs
-    assert drop_unneeded_causes(problem, nominal, both, tried, 1.0) is both, "no smaller set passes"
-    assert drop_unneeded_causes(problem, nominal, alone, tried, 0.01) is alone
+    fewer, reduced = drop_unneeded_causes(problem, nominal, both, tried, 0.01)
+    assert fewer.hypothesis.mechanisms == rubs
+    assert reduced == (nominal,)
+    same, reduced = drop_unneeded_causes(problem, nominal, both, tried, 1.0)
+    assert same is both, "no smaller set passes"
+    assert {one.mechanisms for one in reduced} == {rubs, tried[1:2]}
+    assert drop_unneeded_causes(problem, nominal, alone, tried, 0.01) == (alone, (nominal,))
 
 
 def test_the_worth_of_each_is_a_fit_without_it_taken_from_what_is_known(problem: Problem) -> None:

@@ -110,11 +110,17 @@ def test_a_constant_force_on_a_cubic_spring_is_a_quadratic_one_where_no_displace
         ("stiffness.quadratic", "drive.offset", "drive.lag"),
         device(stiffness_cubic=(6e5, "1/(mm^2*s^2)")),
     )
-    same = find_same_laws(hard, ids, {"acceleration"})
+    same = find_same_laws(hard, ids, hard.extended(("drive.lag",)), {"acceleration"})
     assert same == {"stiffness.quadratic": ("drive.offset",), "drive.offset": ("stiffness.quadratic",)}
-    assert find_same_laws(hard, ids, {"acceleration", "displacement"}) == {}
-    assert find_same_laws(hard, ids[1:], {"acceleration"}) == {}
-    assert find_same_laws(device(), ids, {"acceleration"}) == {}, "a straight spring has no other place"
+    assert find_same_laws(hard, ids, None, {"acceleration", "displacement"}) == {}
+    assert find_same_laws(hard, ids[1:], None, {"acceleration"}) == {}
+    assert find_same_laws(device(), ids, None, {"acceleration"}) == {}, "a straight spring has no other place"
+
+
+@pytest.mark.parametrize("beside", ["damping.nonlinear", "stop.one_sided", "drive.deadband"])
+def test_beside_what_shows_the_place_they_are_not_one_law(beside: str) -> None:
+    ids, hard = ("stiffness.quadratic", "drive.offset"), device(stiffness_cubic=(6e5, "1/(mm^2*s^2)"))
+    assert find_same_laws(hard, ids, hard.extended((beside,)), {"acceleration"}) == {}
 
 
 def test_each_name_is_followed_by_those_of_its_law() -> None:

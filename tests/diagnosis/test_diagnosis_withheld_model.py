@@ -81,6 +81,8 @@ def test_an_uncertain_gain_withholds_the_model_and_keeps_the_name(
     assert said[1:] in (tmp_path / "report.html").read_text()
     rises = gain._replace(ratio=0.5, ratio_low=0.25, ratio_high=0.8)
     assert rises.in_words == "2 times more, 95 % between 1.25 and 4"
+    runs_away = gain._replace(after=np.inf, ratio=0.0, ratio_low=0.0, ratio_high=0.1)
+    assert runs_away.in_words == "inf times more, 95 % between 10 and inf"
 
 
 @pytest.mark.parametrize(("after", "handed_out"), [(0.053, True), (1.5, False)])

@@ -58,8 +58,12 @@ class Problem:
 
     def with_steps_of_all(self) -> Problem:
         """Return this problem with the quantization steps that its records tell, for parts of them too."""
-        names = {name for record in self.records for name in record.measured}
-        return replace(self, steps={name: self.step(name) for name in sorted(names)})
+        return replace(self, steps={name: self.step(name) for name in sorted(self.measured)})
+
+    @property
+    def measured(self) -> set[str]:
+        """Outputs that any of the records has."""
+        return {name for record in self.records for name in record.measured}
 
     @property
     def samples(self) -> int:

@@ -45,7 +45,7 @@ TAKEN_NOISE = (
 )
 DELAY_DOUBT = (
     "{id} is uncertain by half a sample, {half}, beyond its interval, as nothing shows how the {signal} goes on "
-    'between its samples: hold = "{hold}" in the manifest is a guess, and a drive that a converter holds ("zero") acts '
+    'between its samples: hold = "{hold}" in the manifest may be a guess, and one that a converter holds ("zero") acts '
     'that much later by itself. If a converter holds it, write hold = "zero" in [signals.{signal}] and run rtctl '
     "identify and rtctl diagnose again"
 )

@@ -21,17 +21,21 @@ END_OF_PERIOD = (
 
 
 def find_same_laws(
-    simulation: Simulation, ids: Sequence[str], measured: Collection[str] = ("displacement",)
+    simulation: Simulation,
+    ids: Sequence[str],
+    chosen: Simulation | None = None,
+    measured: Collection[str] = ("displacement",),
 ) -> dict[str, tuple[str, ...]]:
     """Return by mechanism those of `ids` that are the same law on the side that a search leaves to it.
 
     Args:
         simulation: The re-fitted nominal model.
         ids: Mechanisms that were tried.
+        chosen: That with the causes that were found; None: without any.
         measured: Outputs that were measured; without a displacement its zero is unseen too.
     """
     found: dict[str, tuple[str, ...]] = {}
-    values = {one.name: one.value for one in simulation.parameters}
+    values = {one.name: one.value for one in (chosen or simulation).parameters}
     for one in ids:
         mechanism = simulation.extended((one,)).mechanisms[-1]
         for parameter in mechanism.parameters:

@@ -49,8 +49,10 @@ class Gain(NamedTuple):
         """How many times less, or more, the error is, with its 95 % interval."""
         if self.ratio >= 1.0:
             return f"{self.ratio:.3g} times less, 95 % between {self.ratio_low:.3g} and {self.ratio_high:.3g}"
-        low, high = (1.0 / max(one, 1e-300) for one in (self.ratio_high, self.ratio_low))
-        return f"{1.0 / self.ratio:.3g} times more, 95 % between {low:.3g} and {high:.3g}"
+        more, low, high = (
+            1.0 / one if one else math.inf for one in (self.ratio, self.ratio_high, self.ratio_low)
+        )
+        return f"{more:.3g} times more, 95 % between {low:.3g} and {high:.3g}"
 
     def falls_to(self, least: float, allowed: float = 0.0) -> bool:
         """Return whether the error beyond the noise falls to less than one over `least`.

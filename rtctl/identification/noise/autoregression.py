@@ -85,9 +85,8 @@ def variance_of(coefficients: FloatArray, variance: float) -> float:
     """
     if not len(coefficients) or variance == 0.0:
         return variance
-    return float(
-        first_rows_of(coefficients, variance)[0, 0] ** -2
-    )  # whitens the first sample by its own size
+    whitens_first = float(first_rows_of(coefficients, variance)[0, 0])  # one over its own size
+    return whitens_first**-2
 
 
 def whiten(series: FloatArray, kernel: FloatArray, begin: FloatArray) -> FloatArray:

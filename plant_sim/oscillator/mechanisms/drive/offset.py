@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from plant_sim.oscillator.mechanism import Driven, OscillatorMechanism, Values, coefficient
+from plant_sim.oscillator.mechanisms.stiffness.another_zero import alike_about_another_zero
 
 
 def shifted(drive: Driven, p: Values) -> Driven:
@@ -17,5 +18,5 @@ MECHANISM = OscillatorMechanism(
     in_steady_state=False,
     drive=shifted,
     stage=2,
-    about_another_zero=lambda p: ("stiffness.quadratic",) if p.get("stiffness_cubic") else (),
+    about_another_zero=alike_about_another_zero("stiffness.quadratic"),
 )

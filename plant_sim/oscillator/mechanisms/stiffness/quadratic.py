@@ -1,9 +1,7 @@
-"""`stiffness.quadratic`: - coefficient z^2.
-
-About the place to which a constant force moves a hardening spring, its force is k' y + 3 k3 z0 y^2 + k3 y^3.
-"""
+"""`stiffness.quadratic`: - coefficient z^2."""
 
 from plant_sim.oscillator.mechanism import OscillatorMechanism, coefficient
+from plant_sim.oscillator.mechanisms.stiffness.another_zero import alike_about_another_zero
 
 MECHANISM = OscillatorMechanism(
     id="stiffness.quadratic",
@@ -17,5 +15,5 @@ MECHANISM = OscillatorMechanism(
         ),
     ),
     terms={"quadratic": "coefficient"},
-    about_another_zero=lambda p: ("drive.offset",) if p.get("stiffness_cubic") else (),
+    about_another_zero=alike_about_another_zero("drive.offset"),
 )

@@ -247,8 +247,8 @@ def drop_causes_within_allowance(problem: Problem, result: SearchResult, ids: Se
 
 def drop_unneeded_causes(
     problem: Problem, nominal: Hypothesis, chosen: TestedHypothesis, ids: Sequence[str], level: float
-) -> TestedHypothesis:
-    """Return a set without the causes that its records do not need, tested; itself where they need all.
+) -> tuple[TestedHypothesis, tuple[Hypothesis, ...]]:
+    """Return a set without the causes that its records do not need, tested, and the fits without each of the others.
 
     A cause is needed where BIC or a residual test says so: others were taken up in other records.
 
@@ -259,19 +259,18 @@ def drop_unneeded_causes(
         ids: Mechanisms of the catalogue.
         level: Level of significance of the residual tests.
     """
-    while len(_list_causes(nominal, chosen.hypothesis)) > 1:
-        fewer = min(
-            refit_without_each(problem, nominal, chosen.hypothesis), key=lambda one: one.cost, default=None
-        )
-        if fewer is None or whitened_bic(problem, fewer, chosen.noise) > whitened_bic(
-            problem, chosen.hypothesis, chosen.noise
-        ):
-            break
+    while True:
+        reduced = refit_without_each(problem, nominal, chosen.hypothesis)
+        fewer = min(reduced, key=lambda one: one.cost, default=None)
+        if fewer is None or not _list_causes(nominal, fewer):
+            return chosen, reduced
+        bic, of_fewer = (whitened_bic(problem, one, chosen.noise) for one in (chosen.hypothesis, fewer))
+        if of_fewer > bic:
+            return chosen, reduced
         tested = run_residual_tests(fewer, problem, ids)
         if not tested.p_value > level:
-            break
+            return chosen, reduced
         chosen = tested
-    return chosen
 
 
 def _keep_tests(

@@ -18,7 +18,7 @@ from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
-from rtctl.diagnosis.search.elimination.backward_elimination import drop_unneeded_causes, refit_without_each
+from rtctl.diagnosis.search.elimination.backward_elimination import drop_unneeded_causes
 from rtctl.diagnosis.search.model_selection import RankedHypothesis, rank_hypotheses, whitened_bic
 from rtctl.diagnosis.search.outcome import SearchResult, find_equivalents
 from rtctl.diagnosis.search.request import FoundCauses, SearchRequest
@@ -96,13 +96,13 @@ def _joined(before: Searched, longer: Searched) -> Searched | None:
         return None
     causes = first.chosen.hypothesis.mechanisms[len(nominal.mechanisms) :]
     level = significance_level(problem, before.request.options.false_claim_rate)
-    chosen = drop_unneeded_causes(problem, refitted, outcome.chosen, ids, level)
+    chosen, reduced = drop_unneeded_causes(problem, refitted, outcome.chosen, ids, level)
     outcome = outcome._replace(chosen=chosen)
     unneeded = [name for name in causes if name not in chosen.hypothesis.mechanisms]
     result = outcome._replace(
         nominal=run_residual_tests(refitted, problem, ids),
         rankings=_comparable(first, outcome),
-        leave_one_out=refit_without_each(problem, refitted, chosen.hypothesis),
+        leave_one_out=reduced,
         equivalent=(*outcome.equivalent, *_refit_rivals(first, outcome, problem, unneeded)),
     )
     samples = longer.first.problem.samples, before.first.problem.samples
@@ -161,9 +161,9 @@ def _refit_rivals(
     fits = []
     for rival in first.equivalent:
         kept = (*(name for name in rival.mechanisms if name not in unneeded), *added)
-        known = {one.name: one.value for one in rival.simulation.parameters} | values
         if len(kept) != len(chosen.mechanisms) or set(kept) == set(chosen.mechanisms):
             continue
+        known = {one.name: one.value for one in rival.simulation.parameters} | values
         simulation = nominal.simulation.extended(kept[len(nominal.mechanisms) :])
         start = np.array([known[one.name] for one in simulation.parameters])
         fixed = rival.fixed_parameters | {name for name in chosen.fixed_parameters if name in values}
