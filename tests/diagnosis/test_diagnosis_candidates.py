@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
-from diagnosis_cases import PERIOD_S, device, measured, noise_drive
+from diagnosis_cases import PERIOD_S, device, fit_of, friction_case, measured, noise_drive, problem_of
+from scipy.optimize import nnls
 
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.nominal_fit.whole_record_start import fit_from_starts
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subjects import subject_of
+from rtctl.diagnosis.residual.directions import Direction
 from rtctl.diagnosis.residual.projection import RecordRows, project
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.search.proposals.candidates import (
+    _feasible_step,
     _limit_step,
     _make_room,
+    _score,
     interleave,
     propose_candidates,
     propose_pairs,
@@ -27,6 +32,7 @@ from rtctl.diagnosis.thresholds import SearchThresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.noise.residual_noise import NoiseModel
 from rtctl.identification.scales import estimate_scales
+from rtctl.measured import read_dataset
 
 SAMPLES = 500
 LIMITS = SearchThresholds()
@@ -147,3 +153,52 @@ def test_where_time_runs_out_no_set_goes_without_a_fit_for_anothers_second_start
     turns = [(*candidate.mechanisms, candidate.start) for candidate in interleave([first, other])]
     assert turns == [("a", 0), ("c", 0), ("b", 0), ("d", 0), ("a", 1), ("c", 1)]
     assert interleave([first]) == [first[0], first[2], first[1]]
+
+
+def parent_along(sizes: list[float], least: list[float]) -> Any:
+    """A set without parameters whose residual is `sizes` times directions that share a part, with their least steps."""
+    rng = np.random.default_rng(1)
+    common = rng.standard_normal((1, 1, SAMPLES))
+    own = rng.standard_normal((len(sizes), 1, SAMPLES)) + 0.8 * common
+    noise = 1e-6 * rng.standard_normal((1, SAMPLES))
+    rows = RecordRows(
+        residual=-np.einsum("k,kon->on", np.array(sizes), own) + noise,
+        shared=np.zeros((0, 1, SAMPLES)), local=np.zeros((0, 1, SAMPLES)), directions=own,
+    )  # fmt: skip
+    directions = [Direction("m", f"a{k}", "", {}, 1.0, least=low) for k, low in enumerate(least)]
+    projected = project([rows], [NoiseModel(np.empty(0), 1.0)])
+    return SimpleNamespace(
+        projected=projected, directions=directions, hypothesis=SimpleNamespace(shared=np.zeros(0))
+    )
+
+
+@pytest.mark.parametrize("sizes", [[2.0, 0.5, -0.3], [-1.0, 0.7, -0.2], [-1.0, -0.5, -2.0], [0.4, -3.0, 0.1]])
+def test_steps_that_bounds_allow_are_those_of_non_negative_least_squares(sizes: list[float]) -> None:
+    parent = parent_along(sizes, [0.0, 0.0, 0.0])
+    found = _feasible_step(parent, [0, 1, 2])
+    gram = parent.projected.left[1:, 1:]
+    root = np.linalg.cholesky(gram).T
+    oracle, _ = nnls(root, np.linalg.solve(root.T, -parent.projected.left[1:, 0]))
+    assert found * parent.projected.scale[1:] / parent.projected.scale[0] == pytest.approx(oracle, abs=1e-6)
+
+
+def test_what_would_have_to_be_negative_scores_nothing_unless_it_may_be() -> None:
+    bounded, free = parent_along([-1.0], [0.0]), parent_along([-1.0], [-np.inf])
+    assert _score(bounded, [0]) == 0.0
+    assert _feasible_step(bounded, [0]) == 0.0
+    assert _score(free, [0]) > 0.0
+    assert _feasible_step(free, [0]) == pytest.approx(-1.0, rel=1e-3)
+
+
+def test_a_mechanism_whose_size_would_have_to_be_negative_starts_where_the_parent_is(tmp_path: Path) -> None:
+    """Beside a damping that makes up for it, dry friction is the opposite of one that grows with the speed."""
+    problem = problem_of(read_dataset(friction_case(tmp_path)))
+    ids = ("friction.coulomb", "damping.quadratic", "damping.nonlinear")
+    parent = run_residual_tests(fit_of(problem), problem, ids)
+    own = [one.value for one in parent.hypothesis.simulation.parameters]
+    begun = propose_candidates(parent, LIMITS)
+    (still,) = [one for one in begun if one.mechanisms == ("damping.quadratic",)]
+    assert [one.value for one in still.simulation.parameters][: len(own)] == own
+    assert still is begun[-1], "it is tried last, and once"
+    for moved in begun[:-1]:
+        assert moved.simulation.parameters != moved.neutral.parameters, f"{moved.mechanisms} acts from the start"

@@ -126,7 +126,7 @@ def test_the_first_round_leaves_work_to_end_the_fit_of_the_best_set() -> None:
             start(one)
         first_round = meter.steps
         ended = halve_successively(problem, candidates, lambda text: None)
-        best = halve_successively(problem, candidates, lambda text: None, WorkBudget.of(first_round))
+        best = halve_successively(problem, candidates, lambda text: None, WorkBudget.of(1.5 * first_round))
     assert ended[0].mechanisms == best[0].mechanisms == ("friction.coulomb",)
     assert best[0].cost < 1.05 * ended[0].cost
 

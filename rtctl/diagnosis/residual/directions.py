@@ -45,6 +45,10 @@ class Direction(NamedTuple):
     """Number of shapes among which the data chose this one; the p-value is multiplied by it."""
     form: str = ""
     """Form of its mechanism; directions of one form act together."""
+    least: float = -np.inf
+    """Lowest step along the direction, in its unit, that the bounds of its parameter allow: 0 of a friction."""
+    most: float = np.inf
+    """Highest such step."""
 
 
 def catalogue_directions(
@@ -80,10 +84,14 @@ def _mechanism_directions(
         for shapes, trials in shape_grid(mechanism, problem, residuals, form):
             shaped = mechanism.form_at(form, shapes)
             for amplitude in amplitudes:
-                scale = _amplitude_scale(parameters[amplitude.name], problem.scales)
+                parameter = parameters[amplitude.name]
+                scale = _amplitude_scale(parameter, problem.scales)
+                least, most = ((bound - parameter.value) / scale for bound in (parameter.low, parameter.high))
                 records = range(len(problem.records)) if amplitude.per_record else (ALL,)
                 directions += [
-                    Direction(identity, amplitude.name, "", shapes, scale, record, trials, shaped)
+                    Direction(
+                        identity, amplitude.name, "", shapes, scale, record, trials, shaped, least, most
+                    )
                     for record in records
                 ]
     return directions

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.simulation import FreeParameter, Simulation
+from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.problem.bounds import clip_to_bounds
 from rtctl.diagnosis.problem.fit import defaulted
-from rtctl.diagnosis.residual.directions import ALL, group_by_shapes, parameters_by_name
+from rtctl.diagnosis.residual.directions import ALL, Direction, group_by_shapes, parameters_by_name
 from rtctl.diagnosis.residual.projection import Projected
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 from rtctl.diagnosis.search.successive_halving import Candidate
@@ -113,19 +113,18 @@ def _select_shapes(
     known = parameters_by_name(parent.hypothesis.simulation.extended((identity,)), identity)
     if not any(one.declared.is_shape and one.unit == "Hz" for one in known.values()):
         return groups[: limits.shapes_tried]
-    feasible = [group for group in groups if _is_feasible(parent, group, known)]
+    feasible = [group for group in groups if _is_within_bounds(parent, group)]
     return (feasible or groups)[: limits.frequencies_tried]
 
 
-def _is_feasible(parent: TestedHypothesis, group: Sequence[int], known: Mapping[str, FreeParameter]) -> bool:
+def _is_within_bounds(parent: TestedHypothesis, group: Sequence[int]) -> bool:
     """Return whether the linear step stays within bounds: a mass that would have to be negative is no start."""
     steps = _solve_joint_step(parent.projected, len(parent.hypothesis.shared), group)
-    reached = [
-        (known[parent.directions[k].name], step * parent.directions[k].scale)
+    return all(
+        parent.directions[k].least <= step <= parent.directions[k].most
         for k, step in zip(group, steps, strict=True)
         if parent.projected.usable[k]
-    ]
-    return all(one.low <= one.value + by <= one.high for one, by in reached)
+    )
 
 
 def _is_related(parent: TestedHypothesis, identity: str) -> bool:
@@ -135,8 +134,12 @@ def _is_related(parent: TestedHypothesis, identity: str) -> bool:
 
 
 def _score(parent: TestedHypothesis, group: Sequence[int]) -> float:
-    """Return the sum of squares that these directions remove together."""
-    return parent.projected.block(np.asarray(group))[0]
+    """Return the sum of squares that these directions remove together by steps that their bounds allow.
+
+    A damping that would have to be negative removes nothing, however well it fits.
+    """
+    allowed = _feasible_step(parent, group) != 0.0
+    return parent.projected.block(np.asarray(group)[allowed])[0]
 
 
 def _group_directions(parent: TestedHypothesis) -> dict[str, list[list[int]]]:
@@ -167,7 +170,7 @@ def _rank_mechanisms(parent: TestedHypothesis, limits: SearchThresholds) -> list
 def _start_candidate(
     parent: TestedHypothesis, group: Sequence[int], factor: float, limits: SearchThresholds
 ) -> Candidate:
-    """Return the parent's set, extended, at `factor` times the linear step.
+    """Return the parent's set, extended, at `factor` times the linear step that bounds allow.
 
     Args:
         parent: Tested set that is extended.
@@ -177,7 +180,7 @@ def _start_candidate(
     """
     projected = parent.projected
     usable = projected.usable[np.asarray(group)]
-    steps = _solve_joint_step(projected, len(parent.hypothesis.shared), group)
+    steps = _feasible_step(parent, group)
     room = _make_room(parent, group, steps, limits)
     return candidate_at(parent, group, steps, room, min(factor, _limit_step(parent, room, limits)), usable)
 
@@ -298,6 +301,33 @@ def _limit_step(parent: TestedHypothesis, room: FloatArray, limits: SearchThresh
     """
     most = limits.own_step_limit * np.maximum(np.abs(parent.hypothesis.shared), 1.0)
     return float(np.min(most / np.maximum(np.abs(room), 1e-300), initial=np.inf))
+
+
+def _feasible_step(parent: TestedHypothesis, group: Sequence[int]) -> FloatArray:
+    """Return the least-squares steps (g,) along directions that act together, none beyond its neutral bound.
+
+    Of those that would leave it, the one that would do so furthest stays, until no other would (active set).
+    """
+    steps = np.zeros(len(group))
+    moving = [j for j, k in enumerate(group) if parent.projected.usable[k]]
+    while moving:
+        chosen = [group[j] for j in moving]
+        solved = _solve_joint_step(parent.projected, len(parent.hypothesis.shared), chosen)
+        blocked = [
+            (abs(step) * parent.projected.scale[1 + len(parent.hypothesis.shared) + k], j)
+            for j, k, step in zip(moving, chosen, solved, strict=True)
+            if _is_blocked(parent.directions[k], step)
+        ]
+        if not blocked:
+            steps[moving] = solved
+            break
+        moving.remove(max(blocked)[1])
+    return steps
+
+
+def _is_blocked(direction: Direction, step: float) -> bool:
+    """Return whether a step would leave the bound at which its parameter is neutral."""
+    return (direction.least == 0.0 and step < 0.0) or (direction.most == 0.0 and step > 0.0)
 
 
 def _solve_joint_step(projected: Projected, shared: int, group: Sequence[int]) -> FloatArray:
