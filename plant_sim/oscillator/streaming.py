@@ -19,6 +19,7 @@ from plant_sim.oscillator.equation.terms import DAMPING, GAIN, STIFFNESS, TERMS
 from plant_sim.oscillator.integration.holds import compiled
 from plant_sim.oscillator.integration.play import follow_play
 from plant_sim.oscillator.integration.splitting import no_kick, propagator, splitting
+from plant_sim.oscillator.integration.turning_points import arrive, farthest_before, follow_turning_points
 from plant_sim.oscillator.mechanism import Driven, Moved, OscillatorMechanism, Values
 from plant_sim.oscillator.mechanisms.drive.gain_drift import amplified
 from rtctl.border.arrays import FloatArray
@@ -94,6 +95,22 @@ class Backlash:
         behind = np.empty_like(nodes)
         follow_play(self._state, nodes, self._width, behind)
         return behind
+
+
+class Hysteresis:
+    """Hysteresis between the drive and what it moves."""
+
+    def __init__(self, values: Values) -> None:
+        self._density, self._fading = values["density"], values["fading"]
+        left = values["remanence"]
+        before = farthest_before(left, self._density, self._fading)
+        self._state = arrive(0.0, left, before, self._density, self._fading)
+
+    def pass_on(self, nodes: FloatArray, start_s: float, h: float) -> FloatArray:
+        """Return the drive behind the hysteresis."""
+        more = np.empty_like(nodes)
+        follow_turning_points(self._state, nodes, self._density, self._fading, more)
+        return nodes + more
 
 
 class GainDrift:
@@ -203,6 +220,7 @@ DRIVE_STAGES: dict[str, Callable[[Values], DriveStage]] = {
     "input.gain_drift": GainDrift,
     "timing.skew": lambda values: DelayLine(DELAYS["timing.skew"](values)),
     "actuator.backlash": Backlash,
+    "actuator.hysteresis": Hysteresis,
 }
 SENSOR_STAGES: dict[str, Callable[[Values], SensorStage]] = {
     "mode.second": SecondMode,

@@ -201,4 +201,6 @@ def test_a_mechanism_whose_size_would_have_to_be_negative_starts_where_the_paren
     assert [one.value for one in still.simulation.parameters][: len(own)] == own
     assert still is begun[-1], "it is tried last, and once"
     for moved in begun[:-1]:
-        assert moved.simulation.parameters != moved.neutral.parameters, f"{moved.mechanisms} acts from the start"
+        assert moved.simulation.parameters != moved.neutral.parameters, (
+            f"{moved.mechanisms} acts from the start"
+        )

@@ -36,7 +36,7 @@ delay: 6e3 mm/s^3 at each of 300 samples, 1e-7 each; a held drive is put into th
 early or late: 60 mm/s^2 h^2 / 8, 3e-7 each.
 friction: its turning points lie on a parabola, (w h)^3 / 6 = 2e-6 each.
 clearance, stops: 3e4 1/s^2 at each of 60 crossings at 10 mm/s; a stiff stop has half of the step, 7e-7 each.
-backlash: as the dead band, 6e4 mm/s^3 at each of 25 reversals.
+backlash: as the dead band, 6e4 mm/s^3 at each of 25 reversals; hysteresis less, and 200 plays in place of all.
 sensor lag: a cubic through samples 1/900 s apart, (w / 900 s)^4 / 384 = 6e-6."""
 
 
@@ -62,7 +62,7 @@ class Oracle:
     blend: Mapping[str, str] = field(default_factory=dict)
     """Parameter -> the hold towards which it moves the drive."""
     played: str = ""
-    """Parameter that is half of the play through which the drive acts."""
+    """Parameter of the play operators through which the drive acts: half of the play, or the density of many."""
     tolerance: float = EXACT
     """Of the peak displacement."""
     drive_side: bool = False
@@ -124,6 +124,24 @@ def played(samples: FloatArray, hold: str, width: float) -> Callable[[float], An
         own = held(samples, hold, at)
         k = min(max(math.floor(at / PERIOD_S), 0), len(samples) - 1)
         return lambda t: min(max(at_sample[k], own(t) - width), own(t) + width)
+
+    return between
+
+
+def played_by_many(samples: FloatArray, hold: str, p: P) -> Callable[[float], Any]:
+    """The drive and many plays behind it, of thresholds up to its largest size."""
+    size = float(np.abs(samples).max())
+    widths = (np.arange(200) + 0.5) / 200 * size
+    weights = p["density"] * np.exp(-p["fading"] * widths) * size / 200
+    at_sample, w = [], np.zeros(200)
+    for u in samples:
+        w = np.clip(w, u - widths, u + widths)
+        at_sample.append(w)
+
+    def between(at: float) -> Any:
+        own = held(samples, hold, at)
+        k = min(max(math.floor(at / PERIOD_S), 0), len(samples) - 1)
+        return lambda t: own(t) + weights @ np.clip(at_sample[k], own(t) - widths, own(t) + widths)
 
     return between
 
@@ -351,6 +369,12 @@ ORACLES: dict[str, Oracle] = {
         tolerance=2e-5,
         drive_side=True,
     ),
+    "actuator.hysteresis": Oracle(
+        values={"density": 0.5, "remanence": 0.0, "fading": 0.3},
+        played="density",
+        tolerance=1e-4,
+        drive_side=True,
+    ),
     "timing.skew": Oracle(
         values={"late": 1.7 * PERIOD_S}, delay_s=lambda p: -p["late"], tolerance=1e-4, drive_side=True
     ),
@@ -392,12 +416,15 @@ def oracle_motion(identity: str, samples: FloatArray, hold: str) -> tuple[FloatA
         others = [(p[name], held(samples, other, at)) for name, other in oracle.blend.items()]
         return lambda t: own(t) + sum(weight * (other(t) - own(t)) for weight, other in others)
 
+    behind = played_by_many(samples, hold, p) if oracle.played == "density" else None
+    if oracle.played == "width":
+        behind = played(samples, hold, p["width"])
     y = solved(
         lambda t, y, u: oracle.rate(t, y, u, p),
         samples,
         hold,
         [Z_0, V_0, *oracle.states(float(samples[0]))],
         delay=oracle.delay_s(p),
-        drive=blended if oracle.blend else played(samples, hold, p[oracle.played]) if oracle.played else None,
+        drive=blended if oracle.blend else behind,
     )
     return oracle.reading(t, y, p) + oracle.beside(samples, hold, p), oracle.speed(y)

@@ -55,9 +55,9 @@ CATALOGUE = [
     "friction.stribeck", "friction.presliding", "damping.power",
     "stiffness.clearance", "stop.one_sided", "stop.two_sided", "stiffness.gravity", "base.motion", "actuator.backlash",
     "timing.skew", "sensor.highpass", "sensor.drift", "sensor.quantisation", "input.gain_drift",
-    "damping.asymmetric", "sensor.crosstalk",
+    "damping.asymmetric", "sensor.crosstalk", "actuator.hysteresis",
 ]  # fmt: skip
-"""Of the file formats, sections 5 and 6, and two that are not in them."""
+"""Of the file formats, sections 5 and 6, and three that are not in them."""
 
 
 def full(identity: str) -> dict[str, float]:
@@ -433,6 +433,7 @@ AMPLITUDES = [
     for name in CATALOGUE
     if not MECHANISMS[name].by_levels
     for p in MECHANISMS[name].amplitudes
+    if (name, p.name) != ("actuator.hysteresis", "remanence")  # which is nothing without hysteresis
 ]
 
 

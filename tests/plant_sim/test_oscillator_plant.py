@@ -68,6 +68,8 @@ VALUES = {
     "stiffness.gravity": "coefficient = { value = 6000, unit = '1/s^2' }\nradian = { value = 0.8, unit = 'mm' }",
     "base.motion": "cosine = { value = 700, unit = 'mm/s^2' }\nfrequency = { value = 12, unit = 'Hz' }",
     "actuator.backlash": "width = { value = 0.9, unit = 'V' }",
+    "actuator.hysteresis": "density = { value = 0.3, unit = '1/V' }\nremanence = { value = 0.2, unit = 'V' }\n"
+    "fading = { value = 0.4, unit = '1/V' }",
 }
 
 

@@ -11,6 +11,9 @@ typedef struct {
     double behind;             /* reading behind the lag */
     double reached[2];         /* what reaches the lag: value, slope */
     double reading, velocity;  /* what the sensor is shown */
+#ifdef HAS_ACTUATOR_HYSTERESIS
+    turning_points hysteresis; /* of the drive */
+#endif
 #ifdef HAS_DRIVE_DELAY
     line drive;                /* the drive of the last communication steps */
 #endif

@@ -16,6 +16,7 @@ from plant_sim.oscillator.c_source.traced import Traced
 from plant_sim.oscillator.c_source.translation import EXTREMES
 from plant_sim.oscillator.device_table import signal_units
 from plant_sim.oscillator.equation.terms import TERMS
+from plant_sim.oscillator.integration.turning_points import DEEPEST, STATE_SIZE
 from plant_sim.oscillator.mechanism import OscillatorMechanism, Values
 from plant_sim.oscillator.model import oscillator_simulation
 from plant_sim.oscillator.simulation import OscillatorSimulation
@@ -28,9 +29,9 @@ FOLDER = Path(__file__).parent
 IN_PATH = frozenset(
     {
         "drive.delay", "input.gain_drift", "drive.offset", "drive.deadband", "drive.saturation", "drive.harmonics",
-        "drive.lag",
-        "actuator.backlash", "mode.second", "sensor.highpass", "sensor.lag", "sensor.saturation", "sensor.offset",
-        "sensor.hum", "sensor.drift", "sensor.quantisation",
+        "drive.lag", "actuator.backlash", "actuator.hysteresis",
+        "mode.second", "sensor.highpass", "sensor.lag", "sensor.saturation", "sensor.offset", "sensor.hum",
+        "sensor.drift", "sensor.quantisation",
     }
 )  # fmt: skip
 """Mechanisms outside the equation that `path.c` has."""
@@ -82,7 +83,8 @@ def oscillator_plant(model: ModelFile, source: str, request: CRequest) -> CPlant
         memory=REMEMBERED
         + 2 * PROPAGATOR
         + max(equation.own_states, 1)
-        + (line_size(kept) if delay_s > 0.0 else 0),
+        + (line_size(kept) if delay_s > 0.0 else 0)
+        + (STATE_SIZE if "actuator.hysteresis" in {one.id for one in acting} else 0),
         step_s=steps.step_s,
         longest_step_s=steps.longest_s,
         method="Strang splitting, its linear part exact" if steps.splitting else "Runge-Kutta of order 4",
@@ -144,6 +146,9 @@ def _source(
     if "drive.delay" in acting:
         yield f"#define KEPT {kept}\n#define WITHIN {int(any(one.bends for one, _ in mechanisms))}"
         yield _part("signals/delay.c")
+    if "actuator.hysteresis" in acting:
+        yield f"#define DEEPEST {DEEPEST}"
+        yield _part("turning_points.c")
     yield _part("propagator.c")
     if steps.splitting or "mode.second" in acting:
         yield _part("linear.c")

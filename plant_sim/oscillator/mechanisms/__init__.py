@@ -22,6 +22,7 @@ from plant_sim.oscillator.mechanisms.drive import deadband as drive_deadband
 from plant_sim.oscillator.mechanisms.drive import delay as drive_delay
 from plant_sim.oscillator.mechanisms.drive import gain_drift as input_gain_drift
 from plant_sim.oscillator.mechanisms.drive import harmonics as drive_harmonics
+from plant_sim.oscillator.mechanisms.drive import hysteresis as actuator_hysteresis
 from plant_sim.oscillator.mechanisms.drive import lag as drive_lag
 from plant_sim.oscillator.mechanisms.drive import offset as drive_offset
 from plant_sim.oscillator.mechanisms.drive import saturation as drive_saturation
@@ -84,5 +85,6 @@ MECHANISMS: dict[str, OscillatorMechanism] = {
         input_gain_drift,
         damping_asymmetric,
         sensor_crosstalk,
+        actuator_hysteresis,
     )
 }

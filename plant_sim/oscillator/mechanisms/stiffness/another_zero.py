@@ -11,6 +11,7 @@ SHOW_THE_PLACE = frozenset({
     "damping.nonlinear", "stiffness.quintic", "stiffness.parametric", "stiffness.drift", "stiffness.gravity",
     "stiffness.clearance", "stop.one_sided", "stop.two_sided",
     "drive.saturation", "drive.deadband", "drive.harmonics", "input.gain_drift", "actuator.backlash",
+    "actuator.hysteresis",
 })  # fmt: skip
 """Mechanisms that act by the displacement itself, or on the whole drive: beside them the two are not alike."""
 
