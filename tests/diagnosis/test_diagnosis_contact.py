@@ -32,6 +32,7 @@ SPRINGS = (
 )
 DRIVES = "drive.deadband,drive.delay,drive.lag,actuator.backlash,stiffness.clearance,friction.coulomb"
 Z, K = "mm", "1/s^2"
+LOOSE = {"stiffness": (1.5e4, K), "lower": (-0.04, Z), "upper": (0.05, Z)}
 CASES: list[tuple[str, dict[str, tuple[float, str]], str]] = [
     ("stiffness.clearance", {"gap": (0.04, Z), "centre": (0.3, "dimensionless")}, SPRINGS),
     ("stop.one_sided", {"above": (2e4, K), "place": (0.25, Z)}, SPRINGS),
@@ -184,3 +185,20 @@ def fitted_from(problem: Problem, identity: str, start: dict[str, float], iterat
     fit = fit_hypothesis(problem, model.with_values(values), (identity,), None, iterations, fixed)
     assert fit is not None
     return fit
+
+
+def test_two_stops_may_be_in_the_midst_of_the_motion_as_those_of_a_loose_joint(tmp_path: Path) -> None:
+    problem = problem_of(dataset_of(tmp_path, *records(cause("stop.two_sided", **LOOSE))))
+    readings = np.concatenate([record.measured["displacement"] for record in problem.records])
+    begins = dict(zip(("lower", "upper"), np.quantile(readings, (0.4, 0.6)).tolist(), strict=True))
+    assert begins["lower"] < 1.2 * LOOSE["lower"][0], (
+        "where the search's innermost stops are, outside of the true ones"
+    )
+    start = device(
+        cause("stop.two_sided", stiffness=(1e4, K), lower=(begins["lower"], Z), upper=(begins["upper"], Z))
+    )
+    fit = fit_hypothesis(problem, start, ("stop.two_sided",))
+    assert fit is not None
+    values = {one.name: one.value for one in fit.simulation.parameters}
+    for name, (value, _) in LOOSE.items():
+        assert values[f"stop.two_sided.{name}"] == pytest.approx(value, rel=0.1)

@@ -15,6 +15,9 @@ from rtctl.identification.fit_record import FitRecord, response_of
 from rtctl.identification.integrated_motion import integrate_motion
 from rtctl.identification.simulation_error.sensitivity import Sensitivity
 
+MIDDLE = 0.5
+"""Quantile of a motion that is its middle."""
+
 
 def parameter_bounds(problem: Problem, sensitivity: Sensitivity) -> tuple[FloatArray, FloatArray]:
     """Return the lower and upper bounds (p,) of the scaled unknowns of a fit.
@@ -76,12 +79,13 @@ def places_of_motion(declared: Parameter, problem: Problem, form: str) -> list[f
 def _place_bounds(declared: Parameter, problem: Problem, form: str) -> tuple[float, float]:
     """Return the range of a place of the motion, in its unit: to the end of the motion where a search begins near it.
 
-    A stop that a motion only just reaches is touched in few samples.
+    A stop that a motion only just reaches is touched in few samples; one of two may be near the middle of the motion,
+    as that of a joint with little play.
     """
     levels, margin = _levels_of(declared, form), problem.thresholds.problem.end_of_motion
     ends = (
-        0.0 if min(levels) < margin else min(levels),
-        1.0 if max(levels) > 1.0 - margin else max(levels),
+        0.0 if min(levels) < margin else min(*levels, MIDDLE),
+        1.0 if max(levels) > 1.0 - margin else max(*levels, MIDDLE),
     )
     least, most = _quantiles(declared, problem, ends)
     measured = any("displacement" in record.measured for record in problem.records)
