@@ -269,9 +269,11 @@ def _fit_by_suitable_method(
     left = _compute_residual_share(free_run, records)
     if left <= MAX_RESIDUAL_SHARE:
         return free_run, f"free runs leave {100.0 * left:.2g} % of the motion", np.nan
-    short = fit_multiple_shooting(simulation, records, shooting, starts=starts, report=report)
-    follows = _compute_residual_share(short, records)
-    if follows < 0.5 * left:
+    short = None
+    with suppress(FitError):  # the free run's values stand where no segment can be fitted
+        short = fit_multiple_shooting(simulation, records, shooting, starts=starts, report=report)
+    follows = np.inf if short is None else _compute_residual_share(short, records)
+    if short is not None and follows < 0.5 * left:
         reason = (
             f"fitted in segments of a period, which leave {100.0 * follows:.2g} % of the motion: free runs "
             f"over whole records leave {100.0 * left:.2g} % (they end in another "
