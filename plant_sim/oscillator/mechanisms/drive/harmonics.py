@@ -6,7 +6,7 @@ from plant_sim.oscillator.integration.pointwise import pointwise
 from plant_sim.oscillator.mechanism import Driven, OscillatorMechanism, Values, coefficient
 
 PURE = 100.0
-"""Times as far as usual is each term searched: nothing of an electrostatic force, the square of a voltage, is linear."""
+"""Times as far as usual is each term searched: nothing of an electrostatic force, a square, is linear."""
 
 
 def distorted(drive: Driven, p: Values) -> Driven:
