@@ -200,6 +200,8 @@ class Mechanism:
     )
     """Id of a simpler mechanism, which this one is at certain values of its shapes -> the simpler one's parameters
     from those of this one. The simpler one is told unless the data need this one, and both together are never tried."""
+    aside: Callable[[Mapping[str, tuple[float, str]]], str] = lambda values: ""
+    """Returns a sentence on what nature does the same at these (value, unit) by name; "" at most values."""
     of_identification: bool = False
     """Whether it corrects an identification whose records contained other effects too.
 

@@ -41,4 +41,5 @@ def state_mechanism(mechanism: Mechanism, quantities: Mapping[str, Quantity]) ->
         else "?"
         for name in names
     }
-    return template.format(**filled)
+    aside = mechanism.aside({name: (one.value, plain_unit(one.unit)) for name, one in quantities.items()})
+    return " ".join(filter(None, (template.format(**filled), aside)))

@@ -10,10 +10,20 @@ Reference: J. E.-Y. Lee, A. A. Seshia, Sensors and Actuators A 156 (2009) 36 (fe
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from plant_sim.oscillator.mechanism import Moved, OscillatorMechanism, Values, coefficient, shape
 from rtctl.border.arrays import ComplexArray, FloatArray
+from rtctl.border.units.quantities import convert
+
+NEAR_ONE = 0.03
+"""Difference of a gain from one within which the whole drive is read: two sensors are calibrated no better."""
+AGAINST_THE_GROUND = (
+    "That is the whole drive, once: if it is the motion of the base, a sensor that reads against the ground (an "
+    "accelerometer on the device) has it in its reading by nature, and no cable is at fault."
+)
 
 
 def leaking(moved: Moved, p: Values) -> Moved:
@@ -45,6 +55,16 @@ def background(s: ComplexArray, derivatives: int, p: Values) -> ComplexArray:
     return p["gain"] + p["rate"] * s
 
 
+def against_the_ground(values: Mapping[str, tuple[float, str]]) -> str:
+    """Say what a gain of one in equal units is by nature: the reading of a device that its base moves."""
+    gain = values.get("gain")
+    try:
+        share = convert(*gain, "1") if gain else 0.0
+    except ValueError:  # other units than the drive's
+        return ""
+    return AGAINST_THE_GROUND if abs(abs(share) - 1.0) < NEAR_ONE else ""
+
+
 MECHANISM = OscillatorMechanism(
     id="sensor.crosstalk",
     statement="The drive leaks into the reading (feedthrough): {gain} of it and {rate} of its rate of change are read "
@@ -71,6 +91,7 @@ MECHANISM = OscillatorMechanism(
             shape_range=(0.0, 1.0),
         ),
     ),
+    aside=against_the_ground,
     sensor=leaking,
     beside=background,
 )
