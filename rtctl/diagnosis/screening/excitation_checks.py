@@ -11,6 +11,7 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.diagnosis.thresholds import ScreeningThresholds
 from rtctl.identification.fit_record import FitRecord
+from rtctl.measured.clipping import find_cut_off
 from rtctl.measured.dataset import Record
 
 
@@ -32,10 +33,14 @@ class _Tone(NamedTuple):
 def note_clipping(
     records: Sequence[Record], output: str, unit: str, thresholds: ScreeningThresholds
 ) -> list[str]:
-    """Note readings that pile up at exactly the largest or smallest value, once for each such value."""
+    """Note readings that pile up at exactly the largest or smallest value, once for each such value.
+
+    A motion that comes to rest there is none that was cut off.
+    """
     piles: dict[tuple[str, float], list[_Pile]] = {}
     for record, (side, sign) in product(records, (("largest", 1.0), ("smallest", -1.0))):
-        levels, counts = np.unique(sign * record.signals[output], return_counts=True)
+        values = sign * record.signals[output]
+        levels, counts = np.unique(values, return_counts=True)
         beside = counts[-4:-1].max() if len(counts) > 1 else 0
         least = max(
             thresholds.min_clipped_readings,
@@ -43,8 +48,9 @@ def note_clipping(
             thresholds.clipped_pile_ratio * beside,
         )
         if len(levels) > thresholds.min_levels and counts[-1] >= least:
-            pile = _Pile(record.name, int(counts[-1]))
-            piles.setdefault((side, sign * float(levels[-1])), []).append(pile)
+            cut = sum(np.count_nonzero(values[a:b] == levels[-1]) for a, b in find_cut_off(values))
+            if cut >= least:
+                piles.setdefault((side, sign * float(levels[-1])), []).append(_Pile(record.name, cut))
     return [
         f"{'record' if len(found) == 1 else 'records'} {', '.join(one.record for one in found)}: "
         f"{sum(one.readings for one in found)} readings are exactly the {side} value, {value:.5g} {unit}: the sensor "
