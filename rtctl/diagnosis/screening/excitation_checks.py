@@ -48,7 +48,7 @@ def note_clipping(
             thresholds.clipped_pile_ratio * beside,
         )
         if len(levels) > thresholds.min_levels and counts[-1] >= least:
-            cut = sum(np.count_nonzero(values[a:b] == levels[-1]) for a, b in find_cut_off(values))
+            cut = sum(int(np.count_nonzero(values[a:b] == levels[-1])) for a, b in find_cut_off(values))
             if cut >= least:
                 piles.setdefault((side, sign * float(levels[-1])), []).append(_Pile(record.name, cut))
     return [

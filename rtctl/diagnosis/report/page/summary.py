@@ -17,7 +17,7 @@ from rtctl.diagnosis.report.words.findings import (
 )
 from rtctl.diagnosis.report.words.noise import Noise
 from rtctl.diagnosis.report.words.plain_words import words_of_coordinate
-from rtctl.diagnosis.report.words.remainder import Remainder
+from rtctl.diagnosis.report.words.remainder import HeldOutError, Remainder
 from rtctl.diagnosis.residual.noise_floor import residual_over_noise
 from rtctl.diagnosis.result import EXTENDED_MODEL, Cause, Diagnosis, share_text
 from rtctl.models.derived.quantity import Derived
@@ -138,12 +138,9 @@ def describe_remainder(diagnosis: Diagnosis) -> str:
         return ""
     output = diagnosis.problem.subject.output
     over_noise, gain = residual_over_noise(diagnosis.search.chosen), diagnosis.gain
-    if (
-        diagnosis.search.passes and gain is not None and gain.noise_floor > 0.0
-    ):  # only the test records show it
-        over_noise = max(over_noise, gain.after / gain.noise_floor)
-    size = diagnosis.problem.size(output)
-    return Remainder.of(over_noise, output, diagnosis.units[output], Noise.of(diagnosis), size).in_words
+    tests = HeldOutError(gain.after, gain.noise_floor) if gain is not None and gain.output == output else None
+    unit, noise, size = diagnosis.units[output], Noise.of(diagnosis), diagnosis.problem.size(output)
+    return Remainder.of(over_noise, output, unit, noise, size, tests).in_words
 
 
 def describe_unexplained(diagnosis: Diagnosis) -> str:
