@@ -11,7 +11,7 @@ from rtctl.models.derived.oscillator import HARDENING, SOFTENING
 from rtctl.models.derived.quantity import Derived
 from rtctl.output.readable_units import readable, with_standard_error
 
-MAIN = ("natural frequency", "damping ratio")
+MAIN = ("natural frequency", "damping ratio", "time constant of the speed", "steady speed per drive")
 """Beginnings of the names of the quantities that stand on top."""
 CERTAIN = ("adequate", "explained")
 """Verdicts after which the model lacks nothing that the data show."""
