@@ -95,14 +95,23 @@ def note_standing_readings(
     return notes
 
 
-def note_constant_drive(records: Sequence[Record], drive: str) -> list[str]:
-    """Note that the drive never changes in any record to fit."""
+def note_constant_drive(records: Sequence[Record], drive: str, *, rests: bool) -> list[str]:
+    """Note that the drive never changes in any record to fit, and what is seen all the same.
+
+    Args:
+        records: Records to fit.
+        drive: The input.
+        rests: Whether the device does nothing of itself; otherwise it may ring down.
+    """
     if not all(np.ptp(record.signals[drive]) == 0.0 for record in records):
         return []
-    return [
-        f"the {drive} of every record to fit is one constant number: what it does, and most causes, are only seen "
-        "while it changes"
-    ]
+    seen = (
+        "what it does, and most causes, are only seen while it changes"
+        if rests
+        else "what it does (its gain, and causes in its path) is only seen while it changes. A motion that goes on by "
+        "itself, as a free decay does, shows the rest: of an oscillator damping, friction and springs"
+    )
+    return [f"the {drive} of every record to fit is one constant number: {seen}"]
 
 
 def note_single_tone(records: Sequence[Record], drive: str, thresholds: ScreeningThresholds) -> list[str]:
