@@ -179,9 +179,10 @@ class Diagnosis:
             [cause.certainty, cause.id, cause.statement, ", ".join(cause.indistinguishable_from)]
             for cause in self.causes
         ]
+        from rtctl.diagnosis.report.words.findings import describe_shares
         from rtctl.diagnosis.report.words.noise import describe_noise
 
-        notes = list(self.warnings)
+        notes = [*filter(None, [describe_shares(self.causes)]), *self.warnings]
         if (gain := self.gain) is not None:
             after = f", {number(gain.after, gain.unit)} with the causes" if self.causes else ""
             notes.insert(0, f"error on test records: {number(gain.before, gain.unit)}{after} "

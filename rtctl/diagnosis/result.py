@@ -29,6 +29,10 @@ EXTENDED_MODEL = "model-extended.toml"
 """File of the extended model, beside `diagnosis.json`."""
 
 
+ERROR = "the error"
+"""The squared error of the nominal model above the noise."""
+
+
 class Cause(NamedTuple):
     """A named effect that the model lacks, or a value that is off, with its evidence."""
 
@@ -48,6 +52,8 @@ class Cause(NamedTuple):
     """Ids that would explain the data as well in its place."""
     same_law: tuple[str, ...] = ()
     """Those of `indistinguishable_from` that are one law with it by construction: no experiment tells them apart."""
+    share_of: str = ERROR
+    """What `share_removed` is a share of, in words."""
 
     @property
     def rivals(self) -> tuple[str, ...]:
@@ -66,13 +72,13 @@ class Cause(NamedTuple):
     def certainty(self) -> str:
         """Return the probability as text; where it is None, the share of the error that the cause removes."""
         if self.probability is None:
-            return f"removes {share_text(self.share_removed)} of the error"
+            return f"removes {share_text(self.share_removed)} of {self.share_of}"
         return f"{self.probability:.1%}"
 
     def as_json(self) -> dict[str, Any]:
         """Return the entry of `causes` in `diagnosis.json`."""
         fields = self._asdict()
-        del fields["same_law"]
+        del fields["same_law"], fields["share_of"]
         return {
             **fields,
             "parameters": {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -74,6 +74,18 @@ def find_largest_displacement(
     if rate is None:
         rate = estimate_scales(records, output).rate
     return largest / rate**order
+
+
+def find_longest_time(records: Iterable[FitRecord]) -> float:
+    """Return the duration [s] of the longest record, parts of one taken together; of a sweep its longest period."""
+    return max((_time_of(record) for record in records), default=0.0)
+
+
+def _time_of(record: FitRecord) -> float:
+    frequencies = record.stimulus.inputs.get("frequency")
+    if frequencies is None:
+        return (record.begin + record.samples) * record.period_s
+    return float(1.0 / frequencies.min()) if frequencies.min() > 0.0 else 0.0
 
 
 def find_resonance(records: Sequence[FitRecord], output: str) -> float:

@@ -10,6 +10,7 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
+from rtctl.measured.clipping import find_cut_off
 from rtctl.measured.columns.conversion import TableCache
 from rtctl.measured.dataset import Dataset, Record
 from rtctl.measured.manifest.schema import Manifest, read_manifest
@@ -256,8 +257,11 @@ def _notes(dataset: Dataset, signals: Sequence[SignalSummary], longest: Record) 
 
 
 def _longest_at_extreme(values: FloatArray) -> int:
-    """Return the longest run of samples that equal the least or the largest one."""
-    return max(_longest_run(values == values.min()), _longest_run(values == values.max()))
+    """Return the longest run of samples that equal the least or the largest one, where a motion was cut off there."""
+    return max(
+        (_longest_run(one[a:b] == one.max()) for one in (values, -values) for a, b in find_cut_off(one)),
+        default=0,
+    )
 
 
 def _longest_run(there: np.ndarray[Any, Any]) -> int:

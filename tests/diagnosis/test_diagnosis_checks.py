@@ -16,7 +16,7 @@ from rtctl.border.errors import InputError
 from rtctl.cli import main
 from rtctl.diagnosis.nominal_fit.misfit.foreign_model import note_foreign_model
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.diagnosis.screening.excitation_checks import note_few_periods
+from rtctl.diagnosis.screening.excitation_checks import note_constant_drive, note_few_periods
 from rtctl.diagnosis.screening.split import split_records
 from rtctl.diagnosis.thresholds import ScreeningThresholds
 from rtctl.identification.fit_record import FitRecord
@@ -153,6 +153,29 @@ def test_no_usable_record_is_bad_input_with_every_reason(tmp_path: Path) -> None
     case = write_case(tmp_path, [record(2, samples=100), (drive, np.full_like(drive, 0.3), "fit")])
     with pytest.raises(InputError, match=r"no record with use(.|\n)*100 scored(.|\n)*one constant number"):
         split_records(read_dataset(case), OSCILLATOR)
+
+
+def ringing_down(stiffness: float = 1.6e4) -> tuple[np.ndarray, np.ndarray, str]:
+    """A device that was let go of, whose drive is 0."""
+    time = PERIOD_S * np.arange(1500)
+    noise = 1e-4 * np.random.default_rng(8).standard_normal(1500)
+    return np.zeros(1500), np.exp(-4.0 * time) * np.cos(np.sqrt(stiffness) * time) + noise, "fit"
+
+
+def test_of_a_free_decay_only_what_the_drive_does_is_said_to_be_unseen(tmp_path: Path) -> None:
+    (said,) = [one for one in warnings_of(tmp_path, ringing_down()) if "one constant number" in one]
+    assert "most causes" not in said
+    assert "its gain, and causes in its path) is only seen while it changes" in said
+    assert "shows the rest: of an oscillator damping, friction and springs" in said
+
+
+def test_of_a_heater_at_one_current_most_causes_are_unseen() -> None:
+    heated = dataset(share=0.0, steps=17).records[:1]
+    still = [
+        replace(one, signals={**one.signals, "current": 0.0 * one.signals["current"] + 1.0}) for one in heated
+    ]
+    (said,) = note_constant_drive(still, "current", rests=True)
+    assert "most causes, are only seen while it changes" in said
 
 
 def test_a_clipped_sensor_is_said_with_its_rail_and_a_quantised_one_is_not(tmp_path: Path) -> None:

@@ -211,7 +211,7 @@ def test_what_is_left_beside_a_cause_takes_its_probability(
     print_diagnosis(partly, tmp_path)
     said = capsys.readouterr().out
     assert "removes 72% of the error  friction.coulomb:" in said
-    assert "What is left beside the noise is " in said
+    assert "What is left beside the noise on the " in said
     assert "% of the displacement itself: " in said
     assert partly.json["causes"][0]["probability"] is None
     assert "removes 72%" in replace(friction, answer=partly)._repr_html_()
@@ -219,7 +219,7 @@ def test_what_is_left_beside_a_cause_takes_its_probability(
     partial.save(tmp_path)
     page = (tmp_path / "report.html").read_text()
     assert "72%" in page
-    assert "What is left beside the noise is " in page
+    assert "What is left beside the noise on the " in page
     assert "not stated" in page
     assert "A probability compares the causes of the catalogue" in page
 

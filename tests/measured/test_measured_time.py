@@ -17,7 +17,7 @@ from measured_files import uff58, write_tdms, write_uff
 import rtctl
 from rtctl.border.errors import InputError
 from rtctl.measured import Dataset, open_dataset, read_dataset
-from rtctl.measured.columns.time_axis import uniform_period
+from rtctl.measured.columns.time_axis import straightened, uniform_period
 from rtctl.measured.columns.time_column import decimal_step
 
 Write = Callable[..., Path]
@@ -232,6 +232,29 @@ def test_resampling_bridges_no_gap(oscillator: Write, tmp_path: Path, lost: int,
     assert "rows = [0, 101], [101, 200]" in str(caught.value)
     parts = f'{keys}\nrows = [0, 101]\n[[records]]\nfile = "r00.csv"\n{keys}\nrows = [101, 200]'
     assert [one.samples for one in read(oscillator, tmp_path, stamps.tolist(), parts).records] == [101, 99]
+
+
+LOST = [120, 151]
+
+
+@pytest.mark.parametrize("rate_hz", [1024.0, 2048.0, 333.3])
+def test_lost_rows_do_not_change_the_rate_of_rounded_stamps(oscillator: Write, rate_hz: float) -> None:
+    """At 1024 Hz the median of stamps of 6 decimals is 977 us, 1023.54 Hz: every row would be off by more and more."""
+    kept = np.delete(np.arange(202), LOST)
+    stamps = np.round(5.0 + kept / rate_hz, 6)
+    x = np.sin(0.1 * kept)
+    manifest = oscillator((RATE, 'time = "t"\nresample = true'), t=stamps, drive=x, x_tip=x)
+    (record,) = read_dataset(manifest).records
+    assert 1.0 / record.period_s == pytest.approx(rate_hz, rel=1e-7)
+    assert record.samples == 202
+    np.testing.assert_allclose(record.signals["displacement"][kept], x, atol=1e-7)
+
+
+def test_uneven_stamps_are_not_straightened() -> None:
+    """Neither those that drift nor those that jitter by more than their rounding."""
+    t = np.arange(200.0) * 1e-3
+    for stamps in (t + 1e-4 * np.sin(40.0 * t), t + 2e-5 * t * np.arange(200.0)):
+        np.testing.assert_array_equal(straightened(stamps, "t", 0, 1e-6), stamps)
 
 
 # ---- columns that begin at different times, rates of the file

@@ -126,6 +126,64 @@ def test_a_body_without_a_spring_has_a_time_constant_only() -> None:
     assert {name: one.value for name, one in found.items()} == {"time constant of the speed": 0.5}
 
 
+FREE = {"damping": estimate(25.0, "1/s", 0.5), "drive_gain": estimate(1100.0, "mm/(s^2*V)", 10.0)}
+UNITS = {"drive": "V", "displacement": "mm"}
+NEEDS_SPRING = (
+    "natural frequency",
+    "well",
+    "quality factor",
+    "damping ratio",
+    "static deflection",
+    "rest position",
+)
+
+
+def told_without_spring(
+    stiffness: One, *, longest_s: float = 0.0, damping: One | None = None
+) -> dict[str, float]:
+    """Return what is told of a valve or an axis with an offset of its drive; fails where it needs a spring."""
+    nominal = {**FREE, "stiffness": stiffness, "stiffness_cubic": estimate(17.0, "1/(mm^2*s^2)")}
+    offset = {"drive.offset": {"offset": estimate(-0.08, "V", 0.001)}}
+    body = {"": nominal | ({} if damping is None else {"damping": damping}), **offset}
+    found = {one.name: one.value for one in derive_oscillator(body, UNITS, 100.0, longest_s)}
+    assert not [name for name in found if any(word in name for word in NEEDS_SPRING)]
+    return found
+
+
+def test_a_body_without_a_spring_has_a_time_constant_and_a_steady_speed() -> None:
+    found = told_without_spring(estimate(8.3e-5, "1/s^2", 1.96 * 5.5e-5))
+    assert found == {"time constant of the speed": 0.04, "steady speed per drive": pytest.approx(44.0)}
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "longest_s"),
+    [
+        pytest.param(estimate(-0.2, "1/s^2", 0.2), 0.0, id="wells within their interval"),
+        pytest.param(
+            estimate(-0.37, "1/s^2"), 30.0, id="wells without an interval in which nothing oscillates"
+        ),
+        pytest.param(estimate(9.4e-5, "1/s^2", 3.9e-5), 25.0, id="a certain spring of a period of 650 s"),
+        pytest.param(estimate(0.05, "1/s^2", 0.001), 10.0, id="a certain spring that acts after 500 s"),
+        pytest.param(estimate(0.0, "1/s^2"), 0.0, id="none"),
+    ],
+)
+def test_nothing_is_derived_from_a_spring_that_is_not_certain_or_acts_in_no_record(
+    stiffness: One, longest_s: float
+) -> None:
+    assert "steady speed per drive" in told_without_spring(stiffness, longest_s=longest_s)
+
+
+def test_a_damping_that_may_be_zero_gives_no_time_constant() -> None:
+    uncertain = estimate(0.1, "1/s", 0.2)
+    assert told_without_spring(estimate(0.0, "1/s^2"), damping=uncertain) == {}
+
+
+def test_a_spring_that_acts_within_the_records_keeps_its_figures() -> None:
+    nominal = {**RESONATOR, "stiffness": estimate((2.0 * math.pi * 15.0) ** 2, "1/s^2", 100.0)}
+    found = derive_oscillator({"": nominal}, UNITS, 1.0, 0.05)
+    assert {"natural frequency", "static deflection per drive"} <= {one.name for one in found}
+
+
 def test_an_interval_is_that_of_the_linearised_function() -> None:
     (product,) = derive("p", "1", lambda a, b: a * b**2, estimate(3.0, "1", 0.03), estimate(2.0, "1", 0.1))
     assert product.high - product.value == pytest.approx(math.hypot(4.0 * 0.03, 12.0 * 0.1))

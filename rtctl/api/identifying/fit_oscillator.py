@@ -12,7 +12,7 @@ from rtctl.border.motion import with_displacement
 from rtctl.identification.oscillator.identify import OscillatorFit, OscillatorFitOptions, identify_oscillator
 from rtctl.identification.oscillator.standing_reading import SENSOR_ZERO
 from rtctl.identification.oscillator.sweep import identify_sweeps
-from rtctl.identification.scales import find_largest_displacement
+from rtctl.identification.scales import find_largest_displacement, find_longest_time
 from rtctl.measured.dataset import Dataset
 from rtctl.models.derived.oscillator import derive_from_file
 from rtctl.output.progress import Reporter
@@ -53,7 +53,9 @@ def fit_oscillator(
         trusted=result.trusted,
         warnings=result.warnings,
         result=result,
-        derived=derive_from_file(content, with_displacement(dataset.units), largest),
+        derived=derive_from_file(
+            content, with_displacement(dataset.units), largest, find_longest_time(result.records)
+        ),
         correction=result.correction,
         _summary={**summary_of(result, dataset), **_weak_form(result)},
         _draw=lambda: worst_record_figure(result, dataset),

@@ -14,6 +14,7 @@ from rtctl.diagnosis.report.page.summary import (
 )
 from rtctl.diagnosis.report.words.findings import (
     describe_main_quantities,
+    describe_shares,
     describe_spring,
     doubts_of,
     main_quantities,
@@ -89,6 +90,8 @@ def _print_causes(found: Diagnosis) -> None:
         print(f"  {cause.certainty:>5}  {' '.join([f'{cause.id}: {cause.statement}', *doubts_of(cause)])}")
         for name, text in (one.in_words() for one in quantities_of(cause, found.derived)):
             print(f"         {name}: {text}")
+    if shares := describe_shares(found.causes):
+        print(f"  {shares}")
 
 
 def _print_gain(found: Diagnosis) -> None:

@@ -27,6 +27,8 @@ from rtctl.identification.fit_record import FitRecord
 
 ID = "sensor.quantisation"
 EXPLAINS = "{}, which explains {:.0%} of the squared error that is left on the test records."
+LEFT = "what is left then"
+"""What the share of a step is of: the error of the model with all other causes."""
 MENTIONED = (
     "the {} readings have a step of {:.4g} {}: rounding to it is {:.0%} of the squared error that is left on the test "
     "records"
@@ -149,6 +151,7 @@ def _named(answer: Diagnosis, request: SearchRequest, steps: Sequence[Step]) -> 
         parameters=estimates,
         share_removed=share,
         indistinguishable_from=(),
+        share_of=LEFT,
     )  # fmt: skip
     gain = next((_bounded(one.gain) for one in steps if one.signal == subject.output), answer.gain)
     model = extend_model(request.problem, request.model, after, simulation, {ID: estimates})

@@ -11,6 +11,7 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.diagnosis.thresholds import ScreeningThresholds
 from rtctl.identification.fit_record import FitRecord
+from rtctl.measured.clipping import find_cut_off
 from rtctl.measured.dataset import Record
 
 
@@ -32,10 +33,14 @@ class _Tone(NamedTuple):
 def note_clipping(
     records: Sequence[Record], output: str, unit: str, thresholds: ScreeningThresholds
 ) -> list[str]:
-    """Note readings that pile up at exactly the largest or smallest value, once for each such value."""
+    """Note readings that pile up at exactly the largest or smallest value, once for each such value.
+
+    A motion that comes to rest there is none that was cut off.
+    """
     piles: dict[tuple[str, float], list[_Pile]] = {}
     for record, (side, sign) in product(records, (("largest", 1.0), ("smallest", -1.0))):
-        levels, counts = np.unique(sign * record.signals[output], return_counts=True)
+        values = sign * record.signals[output]
+        levels, counts = np.unique(values, return_counts=True)
         beside = counts[-4:-1].max() if len(counts) > 1 else 0
         least = max(
             thresholds.min_clipped_readings,
@@ -43,8 +48,9 @@ def note_clipping(
             thresholds.clipped_pile_ratio * beside,
         )
         if len(levels) > thresholds.min_levels and counts[-1] >= least:
-            pile = _Pile(record.name, int(counts[-1]))
-            piles.setdefault((side, sign * float(levels[-1])), []).append(pile)
+            cut = sum(int(np.count_nonzero(values[a:b] == levels[-1])) for a, b in find_cut_off(values))
+            if cut >= least:
+                piles.setdefault((side, sign * float(levels[-1])), []).append(_Pile(record.name, cut))
     return [
         f"{'record' if len(found) == 1 else 'records'} {', '.join(one.record for one in found)}: "
         f"{sum(one.readings for one in found)} readings are exactly the {side} value, {value:.5g} {unit}: the sensor "
@@ -89,14 +95,23 @@ def note_standing_readings(
     return notes
 
 
-def note_constant_drive(records: Sequence[Record], drive: str) -> list[str]:
-    """Note that the drive never changes in any record to fit."""
+def note_constant_drive(records: Sequence[Record], drive: str, *, rests: bool) -> list[str]:
+    """Note that the drive never changes in any record to fit, and what is seen all the same.
+
+    Args:
+        records: Records to fit.
+        drive: The input.
+        rests: Whether the device does nothing of itself; otherwise it may ring down.
+    """
     if not all(np.ptp(record.signals[drive]) == 0.0 for record in records):
         return []
-    return [
-        f"the {drive} of every record to fit is one constant number: what it does, and most causes, are only seen "
-        "while it changes"
-    ]
+    seen = (
+        "what it does, and most causes, are only seen while it changes"
+        if rests
+        else "what it does (its gain, and causes in its path) is only seen while it changes. A motion that goes on by "
+        "itself, as a free decay does, shows the rest: of an oscillator damping, friction and springs"
+    )
+    return [f"the {drive} of every record to fit is one constant number: {seen}"]
 
 
 def note_single_tone(records: Sequence[Record], drive: str, thresholds: ScreeningThresholds) -> list[str]:

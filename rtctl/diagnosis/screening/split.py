@@ -75,7 +75,7 @@ def split_records(
         said += note_clipping((*fit, *tests), name, dataset.units[name], thresholds)
         said += note_standing_readings((*fit, *tests), name, dataset.units[name], thresholds)
     if subject.drive and not subject.is_steady:
-        said += note_constant_drive(fit, subject.drive)
+        said += note_constant_drive(fit, subject.drive, rests=subject.is_at_rest_undriven)
         said += note_single_tone(fit, subject.drive, thresholds)
     to_fit, to_test = (
         tuple(prepare_sweep(make_fit_record(one, dataset.holds)) for one in ones) for ones in (fit, tests)

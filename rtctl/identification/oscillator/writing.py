@@ -89,7 +89,8 @@ def collect_warnings(fit: Fit, units: Mapping[str, str], *, with_errors: bool) -
     said = fit.describe_doubts(with_errors=with_errors)
     if fit.method == "multiple_shooting" and fit.simulation.mechanisms:
         said.append("a mechanism with a memory or a clock of its own began anew with each segment")
-    said += filter(None, [describe_response(fit.simulation)])
+    errors = dict(zip(fit.names, fit.standard_errors.tolist(), strict=True)) if with_errors else None
+    said += filter(None, [describe_response(fit.simulation, errors)])
     is_swept = FREQUENCY in units  # the parts of a complex amplitude have no zero that could be off
     return tuple(said) if is_swept else (*said, *_describe_offsets(fit, units))
 

@@ -11,6 +11,8 @@ from rtctl.border.arrays import FloatArray
 
 TOLERANCE = 1e-3
 """Largest deviation of an interval from the usual one, as a fraction of it."""
+ON_LINE = 0.02
+"""Largest deviation of stamps from a straight line, in steps, that is their rounding: the rate is then the line's."""
 COARSEST_STAMP = 0.5
 """Largest step of rounded stamps, in periods: of coarser ones, a lost sample does not show."""
 _SHOWN = 4
@@ -136,6 +138,59 @@ def check_stated_period(
 def in_hz(rate_hz: float) -> str:
     """Return a rate with six digits and without a power of ten: 2000000, not 2e+06."""
     return f"{float(f'{rate_hz:.6g}'):.12g}"
+
+
+class Line(NamedTuple):
+    """The straight line through stamps over the numbers of their samples, lost ones counted."""
+
+    period_s: float
+    instants_s: FloatArray
+    """Instants (n,) of the samples on the line [s]."""
+    off: float
+    """Largest deviation of a stamp from it, in periods."""
+    missing: int
+    """Samples that have no stamp."""
+
+    @property
+    def rate_hz(self) -> float:
+        """Rate [Hz] of the samples."""
+        return 1.0 / self.period_s
+
+
+def line_through(time_s: FloatArray, *, lacks_none: bool = False) -> Line:
+    """Return the line through rising stamps (n,) [s], two or more, of a uniform clock.
+
+    The median of rounded intervals is off by up to half of their rounding, the line's slope hardly at all. A whole
+    number of Hz is taken where the stamps cannot tell it from the line's.
+
+    Args:
+        time_s: The stamps.
+        lacks_none: Whether every sample has a stamp; otherwise an interval of two or more usual ones lacks some.
+    """
+    numbers = np.arange(len(time_s), dtype=np.float64)
+    if not lacks_none:
+        intervals = np.diff(time_s)
+        numbers[1:] = np.cumsum(np.rint(intervals / np.median(intervals)))
+    about, mean_s = numbers - numbers.mean(), float(time_s.mean())
+    period_s = float(about @ (time_s - mean_s) / (about @ about))
+    off_s = float(np.abs(time_s - mean_s - period_s * about).max())
+    whole = float(round(1.0 / period_s))
+    if whole > 0.0 and abs(1.0 / whole - period_s) * (numbers[-1] + 1.0) <= 2.0 * off_s:
+        period_s = 1.0 / whole
+    missing = int(numbers[-1]) + 1 - len(numbers)
+    return Line(period_s, mean_s + period_s * about, off_s / period_s, missing)
+
+
+def straightened(time_s: FloatArray, name: str, first_row: int, resolution_s: float = 0.0) -> FloatArray:
+    """Return the instants (n,) [s] of samples whose stamps are rounded; stamps that are uneven otherwise as they are.
+
+    Raises ValueError with the first row whose stamp is no later.
+    """
+    rising(time_s, name, first_row)
+    if len(time_s) < 3:
+        return time_s
+    line = line_through(time_s)
+    return line.instants_s if line.off <= max(ON_LINE, resolution_s / line.period_s) else time_s
 
 
 def resampling_grid(time_s: FloatArray, name: str, first_row: int) -> FloatArray:

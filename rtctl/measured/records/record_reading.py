@@ -17,6 +17,7 @@ from rtctl.measured.columns.time_axis import (
     check_stated_period,
     resampled,
     resampling_grid,
+    straightened,
     uniform_period,
 )
 from rtctl.measured.columns.time_column import (
@@ -360,10 +361,11 @@ def _on_time_base(
             stated = reading.cache.period_s(reading.folder / entry.file, column)
             _remark_once(reading, check_stated_period(stated, column, 1.0 / period_s, axis))
         return period_s, signals
-    grid = resampling_grid(time.time_s, name, first)
+    instants_s = straightened(time.time_s, name, first, time.resolution_s)
+    grid = resampling_grid(instants_s, name, first)
     tables = reading.manifest.signals
     moved = {
-        signal: resampled(values, time.time_s, grid, held=tables[signal].hold == "zero")
+        signal: resampled(values, instants_s, grid, held=tables[signal].hold == "zero")
         for signal, values in signals.items()
     }
     return float(grid[1] - grid[0]), moved

@@ -2,13 +2,13 @@
 
     f0 = sqrt(k) / 2 pi,  zeta = c / (2 sqrt k),  Q = 1 / (2 zeta)           one rest position, k > 0
     f(z_w) = 0,  f_w = sqrt f'(z_w) / 2 pi,  F = max |f(0 ... z_w)|          in wells, k < 0
-    T = 1 / c                                                                a body without a spring
+    T = 1 / c,  v = g u / c                                                  a body without a spring
     f = sqrt(k + k_s) / 2 pi                                                 at rest on a stop of stiffness k_s
     z_1 = sqrt(k / |k3|),  r = k3 z_max^2 / k                                a spring that hardens or softens, k > 0
 
 with f the restoring force and F the least steady force that leaves no rest position in the well. A force per mass a
 that is told with a mechanism is the drive a / g, g the drive's gain; a constant drive u moves the rest position by
-g u / k.
+g u / k. What needs a spring is told only where the data certainly show one (`spring.py`).
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from rtctl.border.mechanisms import plain_unit
 from rtctl.border.model_file import ModelFile, Value
 from rtctl.border.units.quantities import convert
 from rtctl.models.derived.quantity import Derived, Estimated, derive
+from rtctl.models.derived.spring import is_certain, is_spring, is_well
 from rtctl.models.derived.wells import barrier_of, stiffness_at, well_of
 from rtctl.output.readable_units import readable
 
@@ -41,7 +42,7 @@ REST = ("drive.offset", "offset")
 
 
 def derive_oscillator(
-    estimates: Estimates, units: Mapping[str, str], largest: float = 0.0
+    estimates: Estimates, units: Mapping[str, str], largest: float = 0.0, longest_s: float = 0.0
 ) -> tuple[Derived, ...]:
     """Return what follows from fitted parameters.
 
@@ -49,20 +50,27 @@ def derive_oscillator(
         estimates: The nominal parameters damping, stiffness, stiffness_cubic, drive_gain, and those of mechanisms.
         units: Unit of each signal of the data.
         largest: Largest displacement of the data, in its unit; 0: not known.
+        longest_s: Duration of the longest record of the data [s]; 0: not known.
     """
+    nominal = estimates.get("", {})
+    if not is_spring(nominal.get("stiffness"), nominal.get("damping"), longest_s):
+        return (*_of_a_free_body(estimates, units), *_of_forces(estimates, units))
     return (
-        *_of_the_motion(estimates, units), *_of_cubic_force(estimates, units, largest), *_of_forces(estimates, units)
+        *_of_the_motion(estimates, units), *_of_cubic_force(estimates, units, largest),
+        *_of_forces(estimates, units), *_of_rest(estimates, units),
     )  # fmt: skip
 
 
-def derive_from_file(model: ModelFile, units: Mapping[str, str], largest: float = 0.0) -> tuple[Derived, ...]:
+def derive_from_file(
+    model: ModelFile, units: Mapping[str, str], largest: float = 0.0, longest_s: float = 0.0
+) -> tuple[Derived, ...]:
     """Return what follows from the parameters of a model file, whose intervals are 95 % ones."""
     tables = {"": model.model.parameters} | {one.id: one.parameters for one in model.model.mechanisms}
     estimates = {
         mechanism: {name: _estimated(value) for name, value in values.items()}
         for mechanism, values in tables.items()
     }
-    return derive_oscillator(estimates, units, largest)
+    return derive_oscillator(estimates, units, largest, longest_s)
 
 
 def _estimated(value: Value) -> Derived:
@@ -71,18 +79,36 @@ def _estimated(value: Value) -> Derived:
     return Derived("", value.value, low, high, value.unit)
 
 
+def _of_a_free_body(estimates: Estimates, units: Mapping[str, str]) -> list[Derived]:
+    """Return how fast the speed of a body without a spring follows its drive, and the speed that it reaches."""
+    nominal, z = estimates.get("", {}), units.get("displacement", "")
+    damping, gain = nominal.get("damping"), nominal.get("drive_gain")
+    if damping is None or not damping.value > 0.0 or not is_certain(damping) or ALTERING & set(estimates):
+        return []
+    rate = convert(1.0, damping.unit, "1/s")
+    found = derive("time constant of the speed", "s", lambda c: 1.0 / (rate * c), damping)
+    if z and units.get("drive") and gain is not None:
+        per_drive = plain_unit(f"{z}/(s*{units['drive']})")
+        of = _in(f"({gain.unit})/({damping.unit})", per_drive, lambda g, c: g / c)
+        found += derive("steady speed per drive", per_drive, of, gain, damping)
+    return found
+
+
 def _of_the_motion(estimates: Estimates, units: Mapping[str, str]) -> list[Derived]:
     nominal = estimates.get("", {})
     stiffness, damping, gain = (nominal.get(name) for name in ("stiffness", "damping", "drive_gain"))
     z = units.get("displacement", "")
     if ALTERING & set(estimates):
         return []
-    if stiffness is None or stiffness.value == 0.0:
-        return derive("time constant of the speed", "s", lambda c: 1.0 / c, damping)
+    if stiffness is None:
+        return []
     if set(STOPS) & set(estimates):
         return _beside_stops(estimates, stiffness, damping) if stiffness.value > 0.0 else []
     if stiffness.value < 0.0:
-        return _of_wells(estimates, z, units.get("drive", ""))
+        is_told = is_well(stiffness, damping)
+        return (
+            _of_wells(estimates, z, units.get("drive", "")) if is_told else _of_a_free_body(estimates, units)
+        )
     found = [
         *derive("natural frequency", "Hz", lambda k: math.sqrt(k) / (2.0 * math.pi), stiffness),
         *_of_damping("", damping, math.sqrt, stiffness),
@@ -224,20 +250,25 @@ def _of_one_well(
 def _of_forces(estimates: Estimates, units: Mapping[str, str]) -> list[Derived]:
     """Return every force per mass of a mechanism as a drive, and a constant drive as a displacement."""
     nominal, drive = estimates.get("", {}), units.get("drive", "")
-    gain, stiffness = nominal.get("drive_gain"), nominal.get("stiffness")
+    gain = nominal.get("drive_gain")
     found: list[Derived] = []
     for mechanism, parameters in estimates.items():
         for name, one in parameters.items():
             if mechanism and drive and gain is not None and _is_force(one.unit):
                 of = _in(f"({one.unit})/({gain.unit})", drive, lambda a, g: a / abs(g))
                 found += derive(f"{mechanism}, {name} as a drive", drive, of, one, gain)
-    offset = estimates.get(REST[0], {}).get(REST[1])
-    z = units.get("displacement", "")
-    if z and offset is not None and gain is not None and stiffness is not None and stiffness.value > 0.0:
-        unit = f"({gain.unit})*({offset.unit})/({stiffness.unit})"
-        of = _in(unit, z, lambda g, u, k: g * u / k)
-        found += derive("rest position moved by drive.offset", z, of, gain, offset, stiffness)
     return found
+
+
+def _of_rest(estimates: Estimates, units: Mapping[str, str]) -> list[Derived]:
+    """Return a constant drive as a displacement against the spring."""
+    nominal, z = estimates.get("", {}), units.get("displacement", "")
+    gain, stiffness = nominal.get("drive_gain"), nominal.get("stiffness")
+    offset = estimates.get(REST[0], {}).get(REST[1])
+    if not z or offset is None or gain is None or stiffness is None or not stiffness.value > 0.0:
+        return []
+    of = _in(f"({gain.unit})*({offset.unit})/({stiffness.unit})", z, lambda g, u, k: g * u / k)
+    return derive("rest position moved by drive.offset", z, of, gain, offset, stiffness)
 
 
 def _is_force(unit: str) -> bool:

@@ -30,7 +30,7 @@ from rtctl.diagnosis.problem.subject import (
 )
 from rtctl.identification.noise.resonant_part import Resonance
 from rtctl.identification.oscillator.response import describe_response
-from rtctl.identification.scales import find_largest_displacement
+from rtctl.identification.scales import find_largest_displacement, find_longest_time
 from rtctl.models.derived.oscillator import derive_oscillator
 from rtctl.models.derived.quantity import Derived
 from rtctl.models.oscillator import read_oscillator_model
@@ -211,7 +211,7 @@ def _derive(
     largest = find_largest_displacement(
         problem.records, problem.scales.rate, 0.0 if zero is None else zero.value
     )
-    return derive_oscillator(estimates, units, largest)
+    return derive_oscillator(estimates, units, largest, find_longest_time(problem.records))
 
 
 OSCILLATOR = Subject(

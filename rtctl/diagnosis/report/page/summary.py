@@ -11,15 +11,16 @@ from rtctl.diagnosis.problem.subject import LEFT_OUT
 from rtctl.diagnosis.report.page.sections import estimate_text
 from rtctl.diagnosis.report.words.findings import (
     describe_main_quantities,
+    describe_shares,
     describe_spring,
     doubts_of,
     name_beyond_linear,
 )
 from rtctl.diagnosis.report.words.noise import Noise
 from rtctl.diagnosis.report.words.plain_words import words_of_coordinate
-from rtctl.diagnosis.report.words.remainder import Remainder
+from rtctl.diagnosis.report.words.remainder import HeldOutError, Remainder
 from rtctl.diagnosis.residual.noise_floor import residual_over_noise
-from rtctl.diagnosis.result import EXTENDED_MODEL, Cause, Diagnosis, share_text
+from rtctl.diagnosis.result import ERROR, EXTENDED_MODEL, Cause, Diagnosis, share_text
 from rtctl.models.derived.quantity import Derived
 from rtctl.output.html_page import table, tile
 from rtctl.output.readable_units import printed_unit, readable, readable_unit
@@ -138,12 +139,9 @@ def describe_remainder(diagnosis: Diagnosis) -> str:
         return ""
     output = diagnosis.problem.subject.output
     over_noise, gain = residual_over_noise(diagnosis.search.chosen), diagnosis.gain
-    if (
-        diagnosis.search.passes and gain is not None and gain.noise_floor > 0.0
-    ):  # only the test records show it
-        over_noise = max(over_noise, gain.after / gain.noise_floor)
-    size = diagnosis.problem.size(output)
-    return Remainder.of(over_noise, output, diagnosis.units[output], Noise.of(diagnosis), size).in_words
+    tests = HeldOutError(gain.after, gain.noise_floor) if gain is not None and gain.output == output else None
+    unit, noise, size = diagnosis.units[output], Noise.of(diagnosis), diagnosis.problem.size(output)
+    return Remainder.of(over_noise, output, unit, noise, size, tests).in_words
 
 
 def describe_unexplained(diagnosis: Diagnosis) -> str:
@@ -226,11 +224,18 @@ def tabulate_causes(diagnosis: Diagnosis) -> str:
         probability = "not stated" if cause.probability is None else f"{cause.probability:.1%}"
         rows.append(
             [f"<b>{escape(cause.id)}</b>", values, probability,
-             f"{share_text(cause.share_removed)} of the error above the noise", escape(others)]
+             f"{share_text(cause.share_removed)} of {_whole(cause)}", escape(others)]
         )  # fmt: skip
     headers = ["cause", "parameters, 95 % interval", "probability", "removes", "would explain it as well"]
     unstated = any(cause.probability is None for cause in diagnosis.causes)
-    return table(headers, rows, numbers=(2,)) + (f'<p class="small dim">{UNSTATED}</p>' if unstated else "")
+    notes = (UNSTATED if unstated else "", describe_shares(diagnosis.causes))
+    return table(headers, rows, numbers=(2,)) + "".join(
+        f'<p class="small dim">{one}</p>' for one in notes if one
+    )
+
+
+def _whole(cause: Cause) -> str:
+    return f"{ERROR} above the noise" if cause.share_of == ERROR else cause.share_of
 
 
 def describe_what_to_do(diagnosis: Diagnosis, how: str) -> str:

@@ -2,19 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from rtctl.border.mechanisms import plain_unit
 from rtctl.border.statistics import NORMAL_95
 from rtctl.diagnosis.problem.statement import state_mechanism
 from rtctl.diagnosis.residual.parameter_estimates import estimates_of
-from rtctl.diagnosis.result import Cause, Diagnosis
+from rtctl.diagnosis.result import ERROR, Cause, Diagnosis
 from rtctl.models.derived.oscillator import HARDENING, SOFTENING
 from rtctl.models.derived.quantity import Derived
 from rtctl.output.readable_units import readable, with_standard_error
 
-MAIN = ("natural frequency", "damping ratio")
+MAIN = ("natural frequency", "damping ratio", "time constant of the speed", "steady speed per drive")
 """Beginnings of the names of the quantities that stand on top."""
 CERTAIN = ("adequate", "explained")
 """Verdicts after which the model lacks nothing that the data show."""
+SHARES = (
+    "The shares of the error are of its squares above the noise, and a cause counts for what it removes beside those "
+    "that remove more: "
+)
+SHARES_ADD_UP = "nothing counts twice."
+SHARES_OVERLAP = "they overlap, since each of two causes may take up what the other would."
+SHARE_OF_REST = (
+    "A share of what is left then is no part of the others: it is of the error that the other causes leave."
+)
+MOST_OF_ALL = 1.005
+"""Largest sum of shares of one whole, as far as they are rounded."""
 CUBIC = "stiffness_cubic"
 DOUBTED = " (the model lacks something, so these values may be off by more)"
 
@@ -37,6 +50,19 @@ def doubts_of(cause: Cause) -> list[str]:
 def main_quantities(derived: tuple[Derived, ...]) -> list[Derived]:
     """Return the quantities that stand on top of an answer."""
     return [one for one in derived if one.name.startswith(MAIN)]
+
+
+def describe_shares(causes: Sequence[Cause]) -> str:
+    """Return what the shares of several causes without a probability are shares of; "" where one or none is told."""
+    told = [one for one in causes if one.probability is None]
+    of_error = [one.share_removed for one in told if one.share_of == ERROR]
+    if len(told) < 2:
+        return ""
+    of_rest = SHARE_OF_REST if len(of_error) < len(told) else ""
+    if len(of_error) < 2:
+        return of_rest
+    parts = SHARES_OVERLAP if sum(of_error) > MOST_OF_ALL else SHARES_ADD_UP
+    return " ".join(filter(None, [SHARES + parts, of_rest]))
 
 
 def describe_main_quantities(diagnosis: Diagnosis) -> str:

@@ -8,14 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
-from rtctl.measured.columns.time_axis import uniform_period
+from rtctl.measured.columns.time_axis import ON_LINE, line_through, uniform_period
 from rtctl.measured.proposal.instants.column_time import read_time
 from rtctl.measured.proposal.proposal import TimeGuess
 from rtctl.measured.proposal.survey import Survey
-
-ON_LINE = 0.02
-"""Largest deviation of stamps from a straight line, in steps, that is their rounding: the rate is then the line's."""
-
 
 LOST_ROW = 1.5
 """Step, over the usual one, from which on rows are missing."""
@@ -42,14 +38,13 @@ def judge_stamps(survey: Survey, parts: Sequence[tuple[int, int]], time: TimeGue
         _is_uniform(piece, time.column, part[0], stamps.resolution_s)
         for piece, part in zip(pieces, parts, strict=True)
     ):
-        return Stamps(rate_hz=_line(max(pieces, key=len))[0])
-    lines = [_line(piece) for piece in pieces]
-    worst = max(off for _, off in lines)
-    if worst <= ON_LINE:
-        rate_hz = lines[int(np.argmax([len(piece) for piece in pieces]))][0]
+        return Stamps(rate_hz=line_through(max(pieces, key=len), lacks_none=True).rate_hz)
+    lines = [line_through(piece) for piece in pieces]
+    worst, missing = max(line.off for line in lines), sum(line.missing for line in lines)
+    if worst <= ON_LINE and not missing:
         return Stamps(
             rounded=f"its rounded stamps lie within {100.0 * worst:.2g} % of a step on a line",
-            rate_hz=rate_hz,
+            rate_hz=lines[int(np.argmax([len(piece) for piece in pieces]))].rate_hz,
         )
     steps = np.concatenate([np.diff(piece) for piece in pieces])
     usual = float(np.median(steps))
@@ -66,6 +61,8 @@ def judge_stamps(survey: Survey, parts: Sequence[tuple[int, int]], time: TimeGue
         if lost
         else ""
     )
+    if worst <= ON_LINE:
+        usual = lines[int(np.argmax([len(piece) for piece in pieces]))].period_s
     return Stamps(uneven=f"its steps differ by up to {off:.3g} % from {usual:.6g} s{where}")
 
 
@@ -79,19 +76,3 @@ def _is_uniform(piece: FloatArray, name: str, first: int, resolution_s: float) -
             raise
         return False
     return True
-
-
-def _line(piece: FloatArray) -> tuple[float, float]:
-    """Return the rate [Hz] of the line through stamps, and their largest deviation from it in steps.
-
-    A whole number of Hz is taken where the stamps cannot tell it from the line's.
-    """
-    k = np.arange(len(piece), dtype=np.float64)
-    k -= k.mean()
-    period_s = float(k @ (piece - piece.mean()) / (k @ k))
-    off_s = float(np.abs(piece - piece.mean() - period_s * k).max())
-    rate_hz = 1.0 / period_s
-    whole = float(round(rate_hz))
-    if whole > 0.0 and abs(1.0 / whole - period_s) * len(piece) <= 2.0 * off_s:
-        rate_hz = whole
-    return rate_hz, off_s / period_s
