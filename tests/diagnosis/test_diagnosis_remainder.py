@@ -91,6 +91,15 @@ def test_a_noise_that_may_hold_misfit_is_told_beside_the_larger_error() -> None:
     )
 
 
+def test_an_error_far_beyond_the_whole_noise_is_not_called_slow_noise() -> None:
+    """An axis with an error of 120 um on its test records, and a noise of 1.3 um of which 39 nm are certain."""
+    said = Remainder.of(
+        5.41, "displacement", "um", Noise(1.292, 0.039), 128e3, HeldOutError(120.3, 1.292)
+    ).in_words
+    assert "93 times the noise" in said
+    assert "slow noise" not in said
+
+
 def test_free_runs_that_diverge_are_no_prediction() -> None:
     tests = HeldOutError(float("inf"), 1.5)
     said = Remainder.of(1.01, "velocity", "mm/s", Noise(1.5, 1.0), 500.0, tests).in_words

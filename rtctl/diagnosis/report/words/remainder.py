@@ -61,7 +61,10 @@ class Remainder(NamedTuple):
     @property
     def in_words(self) -> str:
         """Return its size, on which records, and whether it matters, as a sentence."""
-        if self.noise.may_hold_misfit:
+        is_beyond = (
+            self._is_by_tests and self.tests is not None and self.tests.over_noise > ALIKE
+        )  # the whole noise
+        if self.noise.may_hold_misfit and not is_beyond:
             whole = self.noise.rms * math.hypot(self.over_noise, 1.0)
             if self._is_by_tests and self.tests is not None:
                 whole = self.tests.rms
