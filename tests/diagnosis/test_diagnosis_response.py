@@ -21,9 +21,11 @@ def test_a_response_with_a_resonance_is_not_remarked_on() -> None:
 
 
 @pytest.mark.parametrize("damping", [147.2, 159.0, 180.0, 220.0])
-def test_a_response_that_hardly_has_a_resonance_is_still_that_of_an_oscillator(damping: float) -> None:
-    """Quality factors 0.86 (a loudspeaker), 0.8 (a geophone), 0.7, 0.575: real poles reach 0.5 at most."""
-    assert describe_response(device(damping=(damping, "1/s"))) == ""
+def test_a_response_that_hardly_rings_may_be_that_of_an_oscillator_or_of_other_stages(damping: float) -> None:
+    """Quality factors 0.86 (a loudspeaker, tanks that overflow), 0.8 (a geophone), 0.7, 0.575: real poles give 0.5."""
+    said = describe_response(device(damping=(damping, "1/s")))
+    assert "hardly rings (quality factor " in said
+    assert "A well damped oscillator does that" in said
 
 
 def test_one_whose_poles_may_be_real_is_remarked_on() -> None:
@@ -37,7 +39,7 @@ def test_one_whose_poles_may_be_real_is_remarked_on() -> None:
 def test_how_clear_that_is_follows_its_standard_error_where_there_is_one(error: float, clear: bool) -> None:
     """0.527 is 5.3 % above 0.5: 13 standard errors of 0.4 %, 1.2 of 4.2 %."""
     found = describe_response(device(damping=(240.0, "1/s")), {"damping": error, "stiffness": 0.0})
-    assert (found == "") == clear
+    assert ("hardly rings" in found) == clear
 
 
 @pytest.mark.parametrize(("damping", "both"), [(1260.0, False), (300.0, True)])

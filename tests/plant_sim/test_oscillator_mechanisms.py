@@ -728,3 +728,11 @@ def test_a_beam_beyond_its_last_barrier_is_told_to_diverge_when_it_does_and_cost
     assert (np.abs(z[:at]) < 1e100).all()
     assert not (np.abs(z[at:]) < 1e100).any()
     assert work_of_leaving <= 2 * work
+
+
+def test_a_device_that_is_never_driven_has_a_scale_of_every_shape() -> None:
+    """Of a free decay no size of the drive is known."""
+    undriven = scales()._replace(drive=0.0, largest_drive=0.0)
+    for mechanism in MECHANISMS.values():
+        for one in mechanism.parameters:
+            assert not one.is_shape or np.isfinite(one.scale(undriven)), f"{mechanism.id}.{one.name}"

@@ -1,7 +1,7 @@
 """What the fitted poles say of the kind of plant: one that hardly oscillates may be no oscillator.
 
-Stages of the first order one after the other have real poles, so their quality factor sqrt(k) / c is at most 0.5; a
-loudspeaker or a geophone between that and 1 hardly has a resonance, and is an oscillator.
+Stages of the first order one after the other have real poles, so their quality factor sqrt(k) / c is at most 0.5.
+Between that and 1 are a loudspeaker or a geophone, and a linear fit to stages that saturate or overflow.
 """
 
 from __future__ import annotations
@@ -24,6 +24,14 @@ NO_RESONANCE = (
     "oscillator? Stages of the first order one after the other (tanks, heaters, filters) reach up to 0.5, and no cause "
     "of the catalogue describes such a plant: write its equations down and diagnose those (docs/equations.md)"
 )
+HARDLY_RINGS = (
+    "the fitted response hardly rings (quality factor {quality:.3g}). A well damped oscillator does that (a "
+    "loudspeaker, a geophone); so may stages of the first order that saturate, overflow or act on each other (tanks, "
+    "heaters). If it is one of those, no cause of the catalogue describes it: write its equations down and diagnose "
+    "those (docs/equations.md)"
+)
+RINGS = 1.0
+"""Quality factor from which a response is that of an oscillator alone."""
 NO_OSCILLATION = (
     "the fitted response does not oscillate: it is that of a plant of the first order with {slow:.3g} s{faster}. Is "
     "this an oscillator? No cause of the catalogue describes what acts in tanks, heaters or filters: write their "
@@ -35,7 +43,7 @@ FASTER = ", and another stage with {fast:.3g} s"
 
 
 def describe_response(simulation: Simulation, errors: Mapping[str, float] | None = None) -> str:
-    """Return a sentence on a response that stages of the first order may have; "" where they cannot, or at no spring.
+    """Return a sentence on a response that stages of the first order may have; "" where it rings, or at no spring.
 
     Args:
         simulation: Simulation of an oscillator at fitted values of "damping" [1/s] and "stiffness" [1/s^2].
@@ -52,7 +60,9 @@ def describe_response(simulation: Simulation, errors: Mapping[str, float] | None
         if errors and all(math.isfinite(errors.get(name, math.nan)) for name in ("damping", "stiffness")):
             own = math.hypot(0.5 * errors["stiffness"] / stiffness, errors["damping"] / damping)
             least = CLEAR_ERRORS * own * (relative + 1.0)
-        return "" if relative > least else NO_RESONANCE.format(quality=quality)
+        if quality >= RINGS and relative > least:
+            return ""
+        return (HARDLY_RINGS if relative > least else NO_RESONANCE).format(quality=quality)
     root = math.sqrt(damping**2 / 4.0 - stiffness)
     fast, slow = damping / 2.0 + root, stiffness / (damping / 2.0 + root)
     faster = FASTER.format(fast=1.0 / fast) if fast < FIRST_ORDER * slow else ""

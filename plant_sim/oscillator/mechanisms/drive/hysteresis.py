@@ -41,7 +41,8 @@ MECHANISM = OscillatorMechanism(
         ),
         shape(
             "fading", "1/({u})", "with which the density falls with the threshold; 0: it does not",
-            lambda s: 1.0 / s.largest_drive, default=0.0, simplest=0.0, smooth=True, low=0.0, shape_range=(0.0, 10.0),
+            lambda s: 1.0 / (s.largest_drive or 1.0), default=0.0, simplest=0.0, smooth=True, low=0.0,
+            shape_range=(0.0, 10.0),
         ),
     ),
     drive=hysteretic,
