@@ -42,7 +42,11 @@ def propose_candidates(
         for form in dict.fromkeys(parent.directions[group[0]].form for group in groups):
             of_form = [group for group in groups if parent.directions[group[0]].form == form]
             for group in of_form[:1] if once else _select_shapes(parent, of_form, limits):
-                candidates += [_start_candidate(parent, group, factor, limits) for factor in factors]
+                moves = _feasible_step(parent, group).any()
+                candidates += [
+                    _start_candidate(parent, group, factor, limits)
+                    for factor in factors[: None if moves else 1]
+                ]
     return [*candidates, *_propose_along_valleys(parent, limits)]
 
 
@@ -134,12 +138,12 @@ def _is_related(parent: TestedHypothesis, identity: str) -> bool:
 
 
 def _score(parent: TestedHypothesis, group: Sequence[int]) -> float:
-    """Return the sum of squares that these directions remove together by steps that their bounds allow.
+    """Return the sum of squares that these directions remove together, by steps of either sign.
 
-    A damping that would have to be negative removes nothing, however well it fits.
+    Far from the truth the sign of a linear step says little: whether bounds allow it decides where a fit starts, and
+    not whether there is one.
     """
-    allowed = _feasible_step(parent, group) != 0.0
-    return parent.projected.block(np.asarray(group)[allowed])[0]
+    return parent.projected.block(np.asarray(group))[0]
 
 
 def _group_directions(parent: TestedHypothesis) -> dict[str, list[list[int]]]:
