@@ -38,13 +38,13 @@ class Part(NamedTuple):
 
 
 PARTS = (
-    Part("oscillator", "torsion_balance", 40, 40),
-    Part("vo2", "sputtered_cantilever", 30, 30),
-    Part("oscillator", "mems", 649, 27),
-    Part("oscillator", "afm_cantilever", 658, 27),
-    Part("oscillator", "aerospace_panel", 619, 26),
-    Part("vo2", "nanoribbon", 653, 15),
-    Part("vo2", "buckled_bridge", 594, 15),
+    Part("oscillator", "torsion_balance", 63, 40),
+    Part("vo2", "sputtered_cantilever", 47, 30),
+    Part("oscillator", "mems", 664, 27),
+    Part("oscillator", "afm_cantilever", 673, 27),
+    Part("oscillator", "aerospace_panel", 634, 26),
+    Part("vo2", "nanoribbon", 662, 15),
+    Part("vo2", "buckled_bridge", 603, 15),
 )
 KEPT_BACK = ("torsion_balance", "sputtered_cantilever")
 KINDS = {"oscillator": "oscillators", "vo2": "VO2 actuators"}
