@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from diagnosis_cases import PERIOD_S, UNITS, cause, device, measured, noise_drive, write_case
+from diagnosis_cases import PERIOD_S, UNITS, answer_to, cause, device, measured, noise_drive, write_case
 
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.diagnose import diagnose
@@ -215,3 +215,15 @@ def test_a_quiet_record_beside_loud_ones_is_thinned_for_every_hypothesis_alike()
         assert run_residual_tests(found, problem, IDS).p_value >= 0.0
     assert lengths[0] == lengths[1]
     assert lengths[0][1] < 0.5 * lengths[0][0] < 0.5 * 3000
+
+
+def test_a_noisy_drive_beside_readings_that_rest_on_a_step_is_no_error(tmp_path: Path) -> None:
+    """Samples at rest are left out of the residual, and what the drive's noise does was compared with all samples."""
+    rng, records = np.random.default_rng(4), []
+    for k, use in enumerate(("fit", "test")):
+        drive = noise_drive(k, 6.0)
+        drive[len(drive) // 2 :] = 0.0
+        reading = np.round(measured(device(), drive, noise=0.0) / 0.05) * 0.05
+        records.append((drive + 0.05 * rng.standard_normal(len(drive)), reading, use))
+    found = answer_to(tmp_path, records, "sensor.offset,drive.delay")
+    assert found["verdict"] in ("adequate", "explained", "partly_explained")

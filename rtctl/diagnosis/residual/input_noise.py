@@ -58,8 +58,11 @@ def find_input_noise(analysis: ResidualAnalysis) -> tuple[ResidualAnalysis, Inpu
 
     Returns:
         The residual without its response, under a noise model of its own, and what was found; None where the residual
-        does not show it, or shows a multiple of it that noise of the record cannot be.
+        does not show it, or shows a multiple of it that noise of the record cannot be, or where the readings have a
+        step: samples at rest tell nothing then, and are left out.
     """
+    if analysis.is_quantized:
+        return None
     problem, thresholds = analysis.problem, analysis.problem.thresholds.residual
     noises = [
         separate_noise(one.stimulus.inputs.get(problem.subject.drive, np.empty(0))) for one in problem.records
