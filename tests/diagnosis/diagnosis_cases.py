@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -43,10 +44,11 @@ name = "bench"
 plant = "oscillator"
 [signals.drive]
 role = "input"
-unit = "V"
-[signals.displacement]
+unit = "{drive_unit}"
+{more}
+[signals.{response}]
 role = "output"
-unit = "mm"
+unit = "{unit}"
 """
 
 
@@ -81,18 +83,33 @@ def measured(
     return run.outputs["displacement"][0] + noise * rng.standard_normal(len(drive))
 
 
-def write_case(folder: Path, records: list[tuple[FloatArray, FloatArray, str]]) -> Path:
-    """dataset.toml and model.toml of (drive, displacement, use); the manifest's path."""
-    tables = []
-    for k, (drive, displacement, use) in enumerate(records):
+def write_records(
+    folder: Path,
+    records: list[tuple[FloatArray, FloatArray, str]],
+    rate_hz: float,
+    units: Mapping[str, str],
+    more: str = "",
+) -> Path:
+    """dataset.toml of (drive, response, use), with `more` about the drive; the manifest's path.
+
+    `units` of the drive and of the response, by signal, in this order.
+    """
+    drive, response = units
+    manifest = MANIFEST.format(drive_unit=units[drive], more=more, response=response, unit=units[response])
+    for k, (driven, read, use) in enumerate(records):
         np.savetxt(
-            folder / f"r{k}.csv", np.column_stack((drive, displacement)), delimiter=",",
-            header="drive,displacement", comments="", fmt="%.9g",
+            folder / f"r{k}.csv", np.column_stack((driven, read)), delimiter=",", header=f"{drive},{response}",
+            comments="", fmt="%.9g",
         )  # fmt: skip
-        tables.append(f'[[records]]\nfile = "r{k}.csv"\nsample_rate_hz = {1 / PERIOD_S}\nuse = "{use}"\n')
-    (folder / "dataset.toml").write_text(MANIFEST + "".join(tables))
-    (folder / "model.toml").write_text(MODEL)
+        manifest += f'[[records]]\nfile = "r{k}.csv"\nsample_rate_hz = {rate_hz}\nuse = "{use}"\n'
+    (folder / "dataset.toml").write_text(manifest)
     return folder / "dataset.toml"
+
+
+def write_case(folder: Path, records: list[tuple[FloatArray, FloatArray, str]], more: str = "") -> Path:
+    """dataset.toml, with `more` about the drive, and model.toml of (drive, displacement, use); the manifest's path."""
+    (folder / "model.toml").write_text(MODEL)
+    return write_records(folder, records, 1.0 / PERIOD_S, UNITS, more)
 
 
 def friction_case(folder: Path) -> Path:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from diagnosis_cases import write_records
 from scipy.signal import lsim
 
 import rtctl
@@ -16,23 +17,13 @@ from rtctl.diagnosis.problem.statement import state_mechanism
 RATE_HZ, SAMPLES, INSTANTS = 2048.0, 4096, 8
 NATURAL_1_S, DAMPING_RATIO = 2.0 * np.pi * 42.0, 0.025
 BY_NATURE = "has it in its reading by nature"
-MANIFEST = """
-[dataset]
-name = "shaker"
-plant = "oscillator"
-[signals.drive]
-role = "input"
-unit = "g_0"
-[signals.acceleration]
-role = "output"
-unit = "m/s^2"
-"""
+UNITS = {"drive": "g_0", "acceleration": "m/s^2"}
 
 
 def test_an_absolute_acceleration_is_told_as_that(tmp_path: Path) -> None:
-    rng, text = np.random.default_rng(3), MANIFEST
+    rng, records = np.random.default_rng(3), []
     t = np.arange(SAMPLES * INSTANTS) / RATE_HZ / INSTANTS
-    for k, use in enumerate(("fit", "test")):
+    for use in ("fit", "test"):
         base_g = sum(
             np.sin(2.0 * np.pi * f * t + phase)
             for f, phase in zip(rng.uniform(10.0, 120.0, 8), rng.uniform(0.0, 6.0, 8), strict=True)
@@ -41,14 +32,10 @@ def test_an_absolute_acceleration_is_told_as_that(tmp_path: Path) -> None:
         passes = [2.0 * DAMPING_RATIO * NATURAL_1_S, NATURAL_1_S**2]
         _, moved, _ = lsim((passes, [1.0, *passes]), 9.80665 * base_g, t)
         reading = moved[::INSTANTS] + 0.05 * rng.standard_normal(SAMPLES)
-        np.savetxt(
-            tmp_path / f"r{k}.csv", np.c_[base_g[::INSTANTS], reading], delimiter=",",
-            header="drive,acceleration", comments="",
-        )  # fmt: skip
-        text += f'[[records]]\nfile = "r{k}.csv"\nsample_rate_hz = {RATE_HZ}\nuse = "{use}"\n'
-    (tmp_path / "dataset.toml").write_text(text)
+        records.append((base_g[::INSTANTS], reading, use))
+    manifest = write_records(tmp_path, records, RATE_HZ, UNITS)
     few = "sensor.crosstalk,drive.delay,sensor.lag,mode.second,stiffness.cubic"
-    (cause,) = rtctl.diagnose(tmp_path / "dataset.toml", mechanisms=few).causes
+    (cause,) = rtctl.diagnose(manifest, mechanisms=few).causes
     assert cause.id == "sensor.crosstalk"
     assert BY_NATURE in cause.statement
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from diagnosis_cases import write_records
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
@@ -16,17 +17,7 @@ RATE_HZ = 4000.0
 SAMPLES = 4000
 NATURAL_HZ, QUALITY, GAIN_UM_V = 240.0, 20.0, 0.12
 NOISE_UM = 0.02
-MANIFEST = """
-[dataset]
-name = "stage"
-plant = "oscillator"
-[signals.drive]
-role = "input"
-unit = "V"
-[signals.displacement]
-role = "output"
-unit = "um"
-"""
+UNITS = {"drive": "V", "displacement": "um"}
 FEW = (
     "actuator.hysteresis,actuator.backlash,hysteresis.bouc_wen,friction.presliding,stiffness.viscoelastic,"
     "drive.harmonics,drive.lag"
@@ -69,22 +60,12 @@ def stage(
 @pytest.mark.parametrize("fading", [0.0, 0.04], ids=["even", "fading"])
 def test_a_piezo_stage_is_named_by_its_hysteresis(fading: float, tmp_path: Path) -> None:
     thresholds = np.linspace(0.0, 50.0, 51)[1:]
-    text = MANIFEST
-    for k, (highest, level, use) in enumerate(
-        ((20.0, 45.0, "fit"), (120.0, 30.0, "fit"), (60.0, 40.0, "test"))
-    ):
-        drive = tones(k, highest, level)
-        reading = stage(drive, thresholds, 0.005 * np.exp(-fading * thresholds))
-        np.savetxt(
-            tmp_path / f"r{k}.csv",
-            np.c_[drive, reading],
-            delimiter=",",
-            header="drive,displacement",
-            comments="",
-        )
-        text += f'[[records]]\nfile = "r{k}.csv"\nsample_rate_hz = {RATE_HZ}\nuse = "{use}"\n'
-    (tmp_path / "dataset.toml").write_text(text)
-    found = rtctl.diagnose(tmp_path / "dataset.toml", mechanisms=FEW)
+    weights = 0.005 * np.exp(-fading * thresholds)
+    kinds = ((20.0, 45.0, "fit"), (120.0, 30.0, "fit"), (60.0, 40.0, "test"))
+    drives = [(tones(k, highest, level), use) for k, (highest, level, use) in enumerate(kinds)]
+    records = [(drive, stage(drive, thresholds, weights), use) for drive, use in drives]
+    manifest = write_records(tmp_path, records, RATE_HZ, UNITS)
+    found = rtctl.diagnose(manifest, mechanisms=FEW)
     (cause,) = found.causes
     assert cause.id == "actuator.hysteresis"
     assert found.verdict == "explained"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rtctl.diagnosis.report.words.noise import Noise
-from rtctl.diagnosis.report.words.remainder import HeldOutError, Remainder
+from rtctl.diagnosis.report.words.remainder import RecordsError, Remainder
 
 
 def test_a_residual_next_to_the_noise_is_told_as_small() -> None:
@@ -68,7 +68,7 @@ BENCHES = {
 def test_predictions_are_judged_by_the_test_records_where_these_show_more(bench: str) -> None:
     """A fit to parts of 0.45 times the noise is no prediction beside a free run of 3.5 times the noise."""
     over, noise, error, size, judgement = BENCHES[bench]
-    tests = HeldOutError(error, noise)
+    tests = RecordsError(error, noise)
     said = Remainder.of(over, "displacement", "um", Noise(noise, noise), 2000.0, tests).in_words
     assert said.startswith(f"What is left beside the noise on the test records {size}")
     assert judgement in said
@@ -77,14 +77,14 @@ def test_predictions_are_judged_by_the_test_records_where_these_show_more(bench:
 
 
 def test_test_records_that_show_less_leave_the_judgement_to_the_fitted_ones() -> None:
-    said = Remainder.of(4.0, "velocity", "mm/s", Noise(1.5, 1.0), 500.0, HeldOutError(1.6, 1.5)).in_words
+    said = Remainder.of(4.0, "velocity", "mm/s", Noise(1.5, 1.0), 500.0, RecordsError(1.6, 1.5)).in_words
     assert "on the fitted records is 5.81 mm/s" in said
     assert "test records" not in said
 
 
 def test_a_noise_that_may_hold_misfit_is_told_beside_the_larger_error() -> None:
     said = Remainder.of(
-        1.12, "displacement", "um", Noise(99.0, 1.8), 424.0, HeldOutError(180.0, 99.0)
+        1.12, "displacement", "um", Noise(99.0, 1.8), 424.0, RecordsError(180.0, 99.0)
     ).in_words
     assert said.startswith(
         "What is left on the test records is 180 um (RMS), 42 % of the displacement itself."
@@ -94,14 +94,14 @@ def test_a_noise_that_may_hold_misfit_is_told_beside_the_larger_error() -> None:
 def test_an_error_far_beyond_the_whole_noise_is_not_called_slow_noise() -> None:
     """An axis with an error of 120 um on its test records, and a noise of 1.3 um of which 39 nm are certain."""
     said = Remainder.of(
-        5.41, "displacement", "um", Noise(1.292, 0.039), 128e3, HeldOutError(120.3, 1.292)
+        5.41, "displacement", "um", Noise(1.292, 0.039), 128e3, RecordsError(120.3, 1.292)
     ).in_words
     assert "93 times the noise" in said
     assert "slow noise" not in said
 
 
 def test_free_runs_that_diverge_are_no_prediction() -> None:
-    tests = HeldOutError(float("inf"), 1.5)
+    tests = RecordsError(float("inf"), 1.5)
     said = Remainder.of(1.01, "velocity", "mm/s", Noise(1.5, 1.0), 500.0, tests).in_words
     assert "free runs over the test records diverge" in said
     assert "nothing to worry" not in said

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from diagnosis_cases import write_records
 from scipy.signal import lsim
 
 import rtctl
@@ -13,41 +14,22 @@ import rtctl
 RATE_HZ = 20_000.0
 SAMPLES, HELD, INSTANTS = 3000, 100, 8
 NATURAL_1_S, DAMPING_RATIO, UM_PER_V2 = 2.0 * np.pi * 1850.0, 0.055, 1.35e-3
-MANIFEST = """
-[dataset]
-name = "comb"
-plant = "oscillator"
-[signals.drive]
-role = "input"
-unit = "V"
-hold = "zero"
-[signals.displacement]
-role = "output"
-unit = "um"
-"""
+UNITS = {"drive": "V", "displacement": "um"}
 
 
 @pytest.fixture
 def comb(tmp_path: Path) -> Path:
     """Three records of random levels from 0 to 40 V, from rest."""
-    rng, text = np.random.default_rng(1), MANIFEST
-    for k, use in enumerate(("fit", "fit", "test")):
+    rng, records = np.random.default_rng(1), []
+    for use in ("fit", "fit", "test"):
         drive = np.repeat(rng.choice(np.arange(0.0, 41.0, 5.0), SAMPLES // HELD), HELD)
         drive[:HELD] = 0.0
         t = np.arange(SAMPLES * INSTANTS) / RATE_HZ / INSTANTS
         equation = [UM_PER_V2 * NATURAL_1_S**2], [1.0, 2.0 * DAMPING_RATIO * NATURAL_1_S, NATURAL_1_S**2]
         _, moved, _ = lsim(equation, np.repeat(drive**2, INSTANTS), t, interp=False)
         reading = moved[::INSTANTS] + 0.004 * rng.standard_normal(SAMPLES)
-        np.savetxt(
-            tmp_path / f"r{k}.csv",
-            np.c_[drive, reading],
-            delimiter=",",
-            header="drive,displacement",
-            comments="",
-        )
-        text += f'[[records]]\nfile = "r{k}.csv"\nsample_rate_hz = {RATE_HZ}\nuse = "{use}"\n'
-    (tmp_path / "dataset.toml").write_text(text)
-    return tmp_path / "dataset.toml"
+        records.append((drive, reading, use))
+    return write_records(tmp_path, records, RATE_HZ, UNITS, more='hold = "zero"')
 
 
 def test_a_model_that_no_segment_can_be_fitted_to_is_told_as_not_to_be_trusted(comb: Path) -> None:

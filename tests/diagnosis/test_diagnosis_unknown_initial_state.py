@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from coarse_cases import dataset, identified
-from diagnosis_cases import MANIFEST, MODEL, PERIOD_S, answer_to, device, measured, noise_drive
+from diagnosis_cases import MODEL, PERIOD_S, answer_to, device, json_of, measured, noise_drive, write_case
 from numba import njit
 from numpy.typing import NDArray
 from vo2_model_cases import UNITS
@@ -167,17 +167,15 @@ def in_a_steady_state(seed: int, level: float) -> tuple[FloatArray, FloatArray]:
 
 @pytest.mark.slow
 def test_of_a_linear_device_in_a_steady_state_a_lag_of_the_sensor_is_not_told_from_one_of_the_drive(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path,
 ) -> None:
     """They are one law there; only what they are taken to hold at the first sample made one of them look right."""
     records = [
         (*in_a_steady_state(seed, level), use)
         for seed, level, use in ((1, 6.0, "fit"), (2, 9.0, "fit"), (3, 7.5, "test"))
     ]
-    monkeypatch.setattr(
-        "diagnosis_cases.MANIFEST", MANIFEST.replace('unit = "V"', 'unit = "V"\nhold = "zero"')
-    )
-    answer = answer_to(tmp_path, records, "sensor.lag,drive.lag")
+    manifest = write_case(tmp_path, records, more='hold = "zero"')
+    answer = json_of(manifest, tmp_path / "model.toml", "sensor.lag,drive.lag")
     (cause,) = answer["causes"]
     assert answer["verdict"] == "explained"
     assert {cause["id"], *cause["indistinguishable_from"]} == {"sensor.lag", "drive.lag"}

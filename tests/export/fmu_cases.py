@@ -51,6 +51,7 @@ MECHANISMS: dict[str, str] = {
     "input.gain_drift settling": 'rate = { value = 0.2, unit = "1/s" }, settling_time = { value = 0.3, unit = "s" }',
     "actuator.backlash": 'width = { value = 0.1, unit = "V" }',
     "actuator.hysteresis": 'density = { value = 0.6, unit = "1/V" }, fading = { value = 0.8, unit = "1/V" }',
+    "actuator.hysteresis left": 'density = { value = 0.6, unit = "1/V" }, remanence = { value = -0.2, unit = "V" }',
     "sensor.saturation": 'curvature = { value = 30.0, unit = "1/mm^2" }, clipped = { value = 0.5, unit = "dimensionless" }, limit = { value = 0.08, unit = "mm" }',
     "sensor.offset": 'offset = { value = 0.02, unit = "mm" }',
     "sensor.lag": 'time_constant = { value = 3.0, unit = "ms" }',

@@ -32,7 +32,8 @@ static void drive_path(motion *s, const double *value, double t, double h, doubl
 #endif
 #ifdef HAS_ACTUATOR_HYSTERESIS
     if (s->begun == 0.0) {
-        arrive(&s->hysteresis, ACTUATOR_HYSTERESIS_REMANENCE, ACTUATOR_HYSTERESIS_DENSITY, ACTUATOR_HYSTERESIS_FADING);
+        arrive(&s->hysteresis, u[0], ACTUATOR_HYSTERESIS_REMANENCE, ACTUATOR_HYSTERESIS_DENSITY,
+               ACTUATOR_HYSTERESIS_FADING);
     }
     for (int c = 0; c < 3; c++) {
         u[c] += turned(&s->hysteresis, u[c], ACTUATOR_HYSTERESIS_DENSITY, ACTUATOR_HYSTERESIS_FADING);

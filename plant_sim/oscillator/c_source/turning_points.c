@@ -24,18 +24,20 @@ static double on_branch(const turning_points *s, double u, double density, doubl
     return branch(u, s->at[2 * n - 2], s->at[2 * n - 1], density, fading);
 }
 
-/* Begin at no drive, with what one turning point before has left. */
-static void arrive(turning_points *s, double remanence, double density, double fading)
+/* Begin at the drive `first`, with what one turning point before has left beside what that drive does from rest. */
+static void arrive(turning_points *s, double first, double remanence, double density, double fading)
 {
     memset(s, 0, sizeof(*s));
+    s->drive = first;
+    s->heading = first > 0.0 ? 1.0 : first < 0.0 ? -1.0 : 0.0;
     if (remanence == 0.0 || density == 0.0) return;
-    const double way = remanence > 0.0 ? 1.0 : -1.0;
-    double low = 0.0, high = 4.0 * sqrt(fabs(remanence) / density);
-    if (fading > 0.0 && high < 50.0 / fading) high = 50.0 / fading;
+    const double way = remanence > 0.0 ? 1.0 : -1.0, rested = on_branch(s, first, density, fading);
+    double low = fabs(first), high = low + 4.0 * sqrt(fabs(remanence) / density);
+    if (fading > 0.0 && high < low + 50.0 / fading) high = low + 50.0 / fading;
     for (int k = 0; k < 60; k++) {
         const double size = 0.5 * (low + high);
-        const double left = branch(0.0, way * size, way * rise_from_rest(size, density, fading), density, fading);
-        if (fabs(left) < fabs(remanence)) low = size;
+        const double left = branch(first, way * size, way * rise_from_rest(size, density, fading), density, fading);
+        if (fabs(left - rested) < fabs(remanence)) low = size;
         else high = size;
     }
     s->count = 1.0;

@@ -49,16 +49,26 @@ def branch(at: float, since: float, held: float, density: float, fading: float) 
 
 
 @compiled
+def from_rest(at: float, density: float, fading: float) -> float:
+    """Return H at a drive of either sign, from rest."""
+    return math.copysign(rise_from_rest(abs(at), density, fading), at)
+
+
+@compiled
+def on_branch(state: FloatArray, count: int, at: float, density: float, fading: float) -> float:
+    """Return H at a drive on the branch from the last of `count` turning points, or from rest."""
+    if count == 0:
+        return from_rest(at, density, fading)
+    return branch(at, state[FIRST + 2 * count - 2], state[FIRST + 2 * count - 1], density, fading)
+
+
+@compiled
 def follow_turning_points(
     state: FloatArray, nodes: FloatArray, density: float, fading: float, out: FloatArray
 ) -> None:
     """Fill `out` (steps, 3) with H behind `nodes` (steps, 3), from `state` (STATE_SIZE,), left at the end."""
     count, last, heading = int(state[COUNT]), state[DRIVE], state[HEADING]
-    held = (
-        branch(last, state[FIRST + 2 * (count - 1)], state[FIRST + 2 * count - 1], density, fading)
-        if count
-        else math.copysign(rise_from_rest(abs(last), density, fading), last)
-    )
+    held = on_branch(state, count, last, density, fading)
     for i in range(nodes.shape[0]):
         for k in range(3):
             at = nodes[i, k]
@@ -79,12 +89,7 @@ def follow_turning_points(
                         break
                 if count == 1 and abs(at) >= abs(state[FIRST]):
                     count = 0
-                if count:
-                    held = branch(
-                        at, state[FIRST + 2 * (count - 1)], state[FIRST + 2 * count - 1], density, fading
-                    )
-                else:
-                    held = math.copysign(rise_from_rest(abs(at), density, fading), at)
+                held = on_branch(state, count, at, density, fading)
                 last = at
             out[i, k] = held
     state[COUNT], state[DRIVE], state[HEADING] = count, last, heading
@@ -97,6 +102,7 @@ def farthest_before(remanence: float, density: float, fading: float) -> float:
     return max(4.0 * math.sqrt(abs(remanence) / density), 50.0 / fading if fading else 0.0)
 
 
+@compiled
 def arrive(first: float, remanence: float, largest: float, density: float, fading: float) -> FloatArray:
     """Return the state of a device that is at the drive `first` with more of H than from rest.
 
@@ -107,13 +113,13 @@ def arrive(first: float, remanence: float, largest: float, density: float, fadin
         density: Density of the play operators [1/u].
         fading: Its fading with the threshold [1/u].
     """
-    state = rest()
+    state = np.zeros(STATE_SIZE)
     state[DRIVE] = first
     state[HEADING] = np.sign(first)
     if remanence == 0.0 or density == 0.0 or largest <= abs(first):
         return state
     way = math.copysign(1.0, remanence)
-    rested = math.copysign(rise_from_rest(abs(first), density, fading), first)
+    rested = from_rest(first, density, fading)
     low, high = abs(first), largest
     for _ in range(_HALVINGS):
         size = 0.5 * (low + high)

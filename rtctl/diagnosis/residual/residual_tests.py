@@ -77,7 +77,7 @@ def run_residual_tests(
     analysis = analyse_residual(hypothesis, problem, ids, noise)
     tests, input_noise = run_score_tests(analysis), None
     doubted = problem.thresholds.residual.robust_below_p
-    may_be_noise = noise is None and not problem.allowed and not analysis.is_quantized
+    may_be_noise = noise is None and not problem.allowed
     if may_be_noise and min(one.p_value for one in tests) < doubted:
         found = find_input_noise(analysis)
         if found is not None:

@@ -47,5 +47,5 @@ MECHANISM = OscillatorMechanism(
     ),
     drive=hysteretic,
     bends=True,
-    stage=7,
+    stage=8,
 )  # fmt: skip

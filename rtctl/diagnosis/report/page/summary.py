@@ -18,7 +18,7 @@ from rtctl.diagnosis.report.words.findings import (
 )
 from rtctl.diagnosis.report.words.noise import Noise
 from rtctl.diagnosis.report.words.plain_words import words_of_coordinate
-from rtctl.diagnosis.report.words.remainder import HeldOutError, Remainder
+from rtctl.diagnosis.report.words.remainder import RecordsError, Remainder
 from rtctl.diagnosis.residual.noise_floor import residual_over_noise
 from rtctl.diagnosis.result import ERROR, EXTENDED_MODEL, Cause, Diagnosis, share_text
 from rtctl.models.derived.quantity import Derived
@@ -139,7 +139,7 @@ def describe_remainder(diagnosis: Diagnosis) -> str:
         return ""
     output = diagnosis.problem.subject.output
     over_noise, gain = residual_over_noise(diagnosis.search.chosen), diagnosis.gain
-    tests = HeldOutError(gain.after, gain.noise_floor) if gain is not None and gain.output == output else None
+    tests = RecordsError(gain.after, gain.noise_floor) if gain is not None and gain.output == output else None
     unit, noise, size = diagnosis.units[output], Noise.of(diagnosis), diagnosis.problem.size(output)
     return Remainder.of(over_noise, output, unit, noise, size, tests).in_words
 

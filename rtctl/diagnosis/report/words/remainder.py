@@ -16,8 +16,8 @@ SMALL, ALIKE = 0.5, 2.0
 """What is left over the noise, up to which it is small beside it, and up to which it is of its size."""
 
 
-class HeldOutError(NamedTuple):
-    """Error of free runs over the test records (RMS), in the reading's unit."""
+class RecordsError(NamedTuple):
+    """Error over the fitted records, or of free runs over the test records (RMS), in the reading's unit."""
 
     rms: float
     noise_rms: float
@@ -41,7 +41,7 @@ class Remainder(NamedTuple):
     noise: Noise
     size: float
     """The reading itself, in `unit`."""
-    tests: HeldOutError | None = None
+    tests: RecordsError | None = None
     """Error on the test records; None: there are none."""
 
     @classmethod
@@ -52,7 +52,7 @@ class Remainder(NamedTuple):
         unit: str,
         noise: Noise,
         size: float,
-        tests: HeldOutError | None = None,
+        tests: RecordsError | None = None,
     ) -> Remainder:
         """Return what is left where the whole residual of the fitted records is so many times the noise."""
         over = math.sqrt(max(residual_over_noise**2 - 1.0, 0.0))
@@ -61,36 +61,32 @@ class Remainder(NamedTuple):
     @property
     def in_words(self) -> str:
         """Return its size, on which records, and whether it matters, as a sentence."""
-        is_beyond = (
-            self._is_by_tests and self.tests is not None and self.tests.over_noise > ALIKE
-        )  # the whole noise
-        if self.noise.may_hold_misfit and not is_beyond:
-            whole = self.noise.rms * math.hypot(self.over_noise, 1.0)
-            if self._is_by_tests and self.tests is not None:
-                whole = self.tests.rms
+        shown, place = self._shown, "on the test records" if self._is_by_tests else "on the fitted records"
+        is_beyond_noise = self._is_by_tests and shown.over_noise > ALIKE
+        if self.noise.may_hold_misfit and not is_beyond_noise:
             certain = self._size(self.noise.unpredictable_rms)
             return (
-                f"What is left{self._place} is {self._size(whole)} (RMS), {self._share(whole)}. Only {certain} of it "
-                "is certainly noise, which cannot be predicted from what came before; the rest is as smooth as a "
+                f"What is left {place} is {self._size(shown.rms)} (RMS), {self._share(shown.rms)}. Only {certain} of "
+                "it is certainly noise, which cannot be predicted from what came before; the rest is as smooth as a "
                 "motion, and may be slow noise or what the model lacks."
             )
-        if self._is_by_tests and self.tests is not None:
-            rms = self.tests.over_noise * self.tests.noise_rms
-        else:
-            rms = self.over_noise * self.noise.rms
+        rms = shown.over_noise * shown.noise_rms
         return (
-            f"What is left beside the noise{self._place} is {self._size(rms)} (RMS), {self._share(rms)}: "
+            f"What is left beside the noise {place} is {self._size(rms)} (RMS), {self._share(rms)}: "
             f"{self._judgement}."
         )
 
     @property
-    def _is_by_tests(self) -> bool:
-        """Whether the test records show more than the fitted ones."""
-        return self.tests is not None and self.tests.over_noise > self.over_noise
+    def _shown(self) -> RecordsError:
+        """Error of those records that show more over the noise."""
+        if self.tests is not None and self.tests.over_noise > self.over_noise:
+            return self.tests
+        return RecordsError(self.noise.rms * math.hypot(self.over_noise, 1.0), self.noise.rms)
 
     @property
-    def _place(self) -> str:
-        return " on the test records" if self._is_by_tests else " on the fitted records"
+    def _is_by_tests(self) -> bool:
+        """Whether the test records show more than the fitted ones."""
+        return self._shown is self.tests
 
     def _size(self, rms: float) -> str:
         return f"{100.0 * rms:.2g} %" if self.unit.startswith("ln(") else readable(rms, self.unit, 3)
@@ -101,9 +97,8 @@ class Remainder(NamedTuple):
     @property
     def _judgement(self) -> str:
         """Whether predictions suffer from it; in free runs over the test records, small differences grow as well."""
-        over, fitted = self.over_noise, ""
-        if self._is_by_tests and self.tests is not None:
-            over = self.tests.over_noise
+        over, fitted = self._shown.over_noise, ""
+        if self._is_by_tests:
             fitted = f". On the fitted records it is {self.over_noise:.2g} times the noise"
         times = f"{over:.2g} times the noise"
         if self.tests is not None and not math.isfinite(self.tests.rms):
